@@ -1,0 +1,1 @@
+"""handsim: human-like grasping learned from recordings, simulated in MuJoCo."""

@@ -1,0 +1,1 @@
+"""The body and the world: hand, objects, tasks, scenes."""

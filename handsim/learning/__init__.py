@@ -1,0 +1,1 @@
+"""What is learned from recordings: the subspace, the obstacle, the controller."""

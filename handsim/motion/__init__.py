@@ -1,0 +1,1 @@
+"""What people did: recordings of hand postures, their files and their phases."""

@@ -1,0 +1,1 @@
+"""What happens: closed-loop grasps in contact physics, and their judgement."""
