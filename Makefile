@@ -1,0 +1,74 @@
+# Everything a checkout needs; all of it stays inside the checkout (.venv, out).
+#   make setup      virtual environment with the pinned packages
+#   make demo       learn, grasp the tall glass, write video, contact sheet and result to out/demo
+#   make test       the tests, slow ones sampled
+PYTHON ?= python3
+BIN := .venv/bin
+DEMO := out/demo
+TASK := tall-glass-drink
+
+.PHONY: setup demo test test-all check notebooks bench build clean lock models assets rendering
+.DELETE_ON_ERROR:
+
+setup: .venv/.installed
+
+.venv/.installed: requirements.lock pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-cache-dir --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-cache-dir --no-deps --no-build-isolation --editable .
+	touch $@
+
+# A machine on which neither EGL nor OSMesa renders gets OSMesa, where this may install it;
+# elsewhere the check has named the command already.
+rendering: setup
+	@$(BIN)/handsim doctor --rendering-only || { \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    apt-get update -qq && apt-get install -y -qq libosmesa6 && $(BIN)/handsim doctor --rendering-only; \
+	  else exit 1; fi; }
+
+demo: rendering
+	mkdir -p $(DEMO)
+	$(BIN)/handsim learn -o $(DEMO)/controller.npz
+	$(BIN)/handsim grasp $(DEMO)/controller.npz --task $(TASK) --require-success -o $(DEMO) --json > $(DEMO)/result.json
+	$(BIN)/handsim render $(DEMO)/$(TASK).npz -o $(DEMO)/grasp.mp4
+	$(BIN)/handsim render $(DEMO)/$(TASK).npz -o $(DEMO)/postures.png
+	@echo "Look at $(DEMO)/grasp.mp4 and $(DEMO)/postures.png; the outcome is in $(DEMO)/result.json"
+
+test: setup
+	$(BIN)/python -m pytest -m "not slow"
+
+test-all: setup
+	$(BIN)/python -m pytest
+
+check: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/lint-imports
+	$(BIN)/pyright
+
+notebooks: setup
+	$(BIN)/python -m pytest --nbmake notebooks
+
+bench: setup
+	mkdir -p out
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=out/benchmarks.json
+
+build: setup
+	rm -rf dist
+	$(BIN)/python -m hatchling build
+
+clean:
+	rm -rf .venv out dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache .benchmarks
+
+# The lines below regenerate what is committed.
+lock: setup
+	$(BIN)/python -m pip install --quiet uv
+	$(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes \
+	  --no-emit-index-url --custom-compile-command "make lock" --extra dev pyproject.toml -o requirements.lock
+
+models: setup
+	$(BIN)/python -m handsim.hand.model models/hand
+
+assets: setup
+	$(BIN)/python -m handsim.hand.object_meshes assets/objects
+	$(BIN)/python -m handsim.simulation.demonstrator assets/experiments
