@@ -1,0 +1,178 @@
+"""The choice of an OpenGL backend that really renders on this machine.
+
+On a machine without a display MuJoCo renders through EGL or through OSMesa, whichever is installed
+and works. That cannot be told from the files present, and a failed attempt spoils the process it
+is made in; so each backend renders a frame in a child process, and the first that does is used.
+Nothing here is paid for by a command that does not render.
+"""
+
+import functools
+import importlib
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from handsim.errors import MissingToolError, UnknownNameError
+
+PROBE_TIMEOUT_S = 60.0
+"""A driver that hangs is given up after this time [s]; a cold start takes about 1.5 s."""
+SOFTWARE_DRIVERS = ("llvmpipe", "softpipe", "swrast", "software", "swiftshader")
+_CANDIDATES = {"Linux": ("egl", "osmesa"), "Darwin": ("cgl",), "Windows": ("glfw",)}
+_KNOWN = ("egl", "osmesa", "glfw", "glx", "cgl", "wgl")
+_MODULES = {"glx": "glfw", "wgl": "glfw"}
+_PACKAGES = {
+    "apt-get": {"egl": "libegl1 libgl1-mesa-dri", "osmesa": "libosmesa6"},
+    "dnf": {"egl": "mesa-libEGL mesa-dri-drivers", "osmesa": "mesa-libOSMesa"},
+}
+_INSTALL = {
+    "apt-get": "{root}apt-get update && {root}apt-get install -y {package}",
+    "dnf": "{root}dnf install -y {package}",
+}
+
+
+@dataclass(frozen=True)
+class ProbeResult:
+    """What became of one frame rendered in a child process.
+
+    Attributes
+    ----------
+    backend
+        The value of MUJOCO_GL that was tried.
+    ok
+        A frame that is not blank came back.
+    driver
+        GL_RENDERER of the driver; empty when nothing rendered.
+    frames_per_second
+        Small test scene, 320 x 240; None unless it was timed.
+    reason
+        Why nothing rendered; empty when it did.
+    """
+
+    backend: str
+    ok: bool
+    driver: str = ""
+    frames_per_second: float | None = None
+    reason: str = ""
+
+
+def probe(backend: str, seconds: float = 0.3) -> ProbeResult:
+    """Render with a backend in a child process, which takes 0.6 to 2 s.
+
+    Parameters
+    ----------
+    backend
+        Value for MUJOCO_GL.
+    seconds
+        How long to render for the frame rate [s]; 0 renders one frame and times nothing.
+    """
+    script = Path(__file__).with_name("probe.py")
+    command = [sys.executable, "-P", str(script), backend, str(seconds)]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PROBE_TIMEOUT_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return ProbeResult(backend, False, reason=f"gave no frame within {PROBE_TIMEOUT_S:.0f} s")
+    lines = done.stdout.strip().splitlines()
+    if not lines:
+        last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
+        return ProbeResult(backend, False, reason=f"the process that tried it died: {last[0]}")
+    return ProbeResult(backend=backend, **json.loads(lines[-1]))
+
+
+def choose_backend() -> str:
+    """Return the backend to render with, and set MUJOCO_GL to it.
+
+    MUJOCO_GL is respected where it is set. Otherwise the first of EGL and OSMesa that renders a
+    frame is taken, once a process. MuJoCo may have been imported before.
+
+    Raises
+    ------
+    UnknownNameError
+        If MUJOCO_GL names no backend.
+    MissingToolError
+        If nothing renders, with the command that installs what is missing.
+    """
+    wanted = os.environ.get("MUJOCO_GL", "").strip().lower()
+    if wanted:
+        if wanted not in _KNOWN:
+            raise UnknownNameError("OpenGL backend in MUJOCO_GL", wanted, _KNOWN)
+        return wanted
+    chosen = _first_that_renders()
+    os.environ["MUJOCO_GL"] = chosen
+    return chosen
+
+
+@functools.cache
+def _first_that_renders() -> str:
+    reasons: list[str] = []
+    candidates = _CANDIDATES.get(platform.system(), ("glfw",))
+    for backend in candidates:
+        result = probe(backend, seconds=0.0)
+        if result.ok:
+            return backend
+        reasons.append(f"{backend}: {result.reason}")
+    raise MissingToolError(
+        f"no OpenGL backend renders ({'; '.join(reasons)}); run: {install_command(candidates[-1])}"
+    )
+
+
+@contextmanager
+def gl_context() -> Iterator[Any]:
+    """Open the process's OpenGL context, make it current, and free it at the end.
+
+    Raises
+    ------
+    MissingToolError
+        If it cannot be opened, as when MUJOCO_GL names a backend that is not installed.
+    """
+    backend = choose_backend()
+    try:
+        if backend in ("egl", "osmesa"):  # else PyOpenGL may load for a backend set earlier
+            os.environ["PYOPENGL_PLATFORM"] = backend
+        # The class is taken from the backend's own module since mujoco.GLContext is fixed when
+        # mujoco is imported, which may have been before a backend was chosen.
+        module = importlib.import_module(f"mujoco.{_MODULES.get(backend, backend)}")
+        context = module.GLContext(16, 16)  # frames are drawn off screen, in buffers of their own
+        context.make_current()
+    except Exception as error:  # ImportError, AttributeError, RuntimeError, GLError, OSError
+        reason = str(error).strip().splitlines()[:1] or [type(error).__name__]
+        raise MissingToolError(
+            f"OpenGL backend '{backend}' does not open ({reason[0]}); unset MUJOCO_GL to have "
+            f"another one chosen, or run: {install_command(backend)}"
+        ) from error
+    try:
+        yield context
+    finally:
+        context.free()
+
+
+def driver_name() -> str:
+    """Return GL_RENDERER of the context that is current, '' where it cannot be read."""
+    with suppress(Exception):  # PyOpenGL raises many classes; the name is only a hint
+        from OpenGL import GL
+
+        name = GL.glGetString(GL.GL_RENDERER)
+        return name.decode() if isinstance(name, bytes) else ""
+    return ""
+
+
+def is_software(driver: str) -> bool:
+    """Tell whether a driver draws on the CPU, where shadows cost more than all the rest."""
+    return any(name in driver.lower() for name in SOFTWARE_DRIVERS)
+
+
+def install_command(backend: str) -> str:
+    """Return the command that installs a backend with this machine's package manager."""
+    manager = next((name for name in _INSTALL if shutil.which(name)), "apt-get")
+    package = _PACKAGES[manager].get(backend, "libgl1")
+    root = "" if hasattr(os, "geteuid") and os.geteuid() == 0 else "sudo "
+    return _INSTALL[manager].format(root=root, package=package)
