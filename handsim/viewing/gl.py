@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Protocol
 
 from handsim.errors import MissingToolError, UnknownNameError
 
@@ -125,8 +125,20 @@ def _first_that_renders() -> str:
     )
 
 
+class GLContext(Protocol):
+    """What the classes of MuJoCo's backends have in common."""
+
+    def make_current(self) -> None:
+        """Direct what this thread draws to this context."""
+        ...
+
+    def free(self) -> None:
+        """Give the context back to the driver."""
+        ...
+
+
 @contextmanager
-def gl_context() -> Iterator[Any]:
+def gl_context() -> Iterator[GLContext]:
     """Open the process's OpenGL context, make it current, and free it at the end.
 
     Raises
