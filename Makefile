@@ -71,4 +71,4 @@ models: setup
 
 assets: setup
 	$(BIN)/python -m handsim.hand.object_meshes assets/objects
-	$(BIN)/python -m handsim.simulation.demonstrator assets/experiments
+	$(BIN)/python -m handsim.simulation.experiments assets/experiments

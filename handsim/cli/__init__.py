@@ -1,0 +1,59 @@
+"""The ``handsim`` command.
+
+Standard output carries results only: tables, or one JSON object with ``--json``. Progress and
+errors go to standard error. Exit codes: 0 done, 1 a check did not hold, 2 bad input.
+"""
+
+import sys
+from typing import NoReturn
+
+import typer
+
+from handsim.cli import grasping, hand, learning, machine, recordings, seeing
+from handsim.errors import HandsimError
+
+app = typer.Typer(
+    name="handsim",
+    help="Human-like grasping learned from recordings, simulated in MuJoCo.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(hand.app, name="hand", help="Build hand models.", no_args_is_help=True)
+app.add_typer(
+    recordings.app, name="recordings", help="Import and inspect recordings.", no_args_is_help=True
+)
+for command in (
+    machine.doctor,
+    learning.learn,
+    learning.evaluate,
+    learning.postures,
+    grasping.grasp,
+    seeing.render,
+):
+    app.command()(command)
+
+# typer keeps the base class of its usage errors to itself; any of them leads to it.
+_UsageError = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
+
+
+def main() -> NoReturn:
+    """Run the command line and exit with its code."""
+    try:
+        code = app(standalone_mode=False)
+    except HandsimError as error:
+        sys.exit(_refuse(str(error)))
+    except _UsageError as error:
+        sys.exit(_refuse(error.format_message()))  # pyright: ignore[reportAttributeAccessIssue]
+    except (typer.Abort, KeyboardInterrupt):
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of standard output has gone; nobody is left to tell
+        sys.exit(0)
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _refuse(message: str) -> int:
+    """Say in one line what was wrong with the input."""
+    sys.stderr.write("handsim: " + " ".join(message.split()) + "\n")
+    return 2

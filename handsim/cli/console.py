@@ -1,0 +1,90 @@
+"""What commands write: results to standard output, progress to a terminal."""
+
+import json
+import math
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import typer
+
+T = TypeVar("T")
+
+JsonFlag = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
+Folder = Annotated[
+    Path | None, typer.Argument(help="Folder of recordings; the built-in ones if left out.")
+]
+ControllerFile = Annotated[
+    Path | None, typer.Argument(help="Controller file; the built-in one if left out.")
+]
+
+
+def say(text: str) -> None:
+    """Write a line of results."""
+    sys.stdout.write(text + "\n")
+
+
+def note(text: str) -> None:
+    """Write a line about the work, which is no result."""
+    sys.stderr.write(text + "\n")
+
+
+def say_json(value: Any) -> None:
+    """Write one JSON object; numbers that are not finite become null, as JSON has none."""
+    sys.stdout.write(json.dumps(_finite(value), indent=2, allow_nan=False) + "\n")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if hasattr(value, "item") and getattr(value, "ndim", 1) == 0:  # numpy scalars
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def say_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a table; the first column is text, the others are aligned to the right."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for i, title in enumerate(header):
+        table.add_column(title, justify="left" if i == 0 else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*(str(cell) for cell in row))
+    Console(file=sys.stdout, width=160, highlight=False).print(table)
+
+
+def progress(items: Sequence[T], label: str) -> Iterator[T]:
+    """Iterate with a progress bar on standard error where that is a terminal."""
+    if len(items) < 2 or not sys.stderr.isatty():
+        yield from items
+        return
+    from rich.console import Console
+    from rich.progress import track
+
+    yield from track(items, description=label, console=Console(stderr=True), transient=True)
+
+
+def writable(path: Path, *suffixes: str) -> Path:
+    """Check before the work begins that a result can be written to ``path``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of ``suffixes``, or the folder does not exist.
+    """
+    from handsim.errors import FileError, InputError
+
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise InputError(f"{path}: suffix '{path.suffix}' is not one of {', '.join(suffixes)}")
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder; give the name of a file")
+    if not path.parent.is_dir():
+        raise FileError(f"{path}: folder '{path.parent}' does not exist; create it first")
+    return path

@@ -1,0 +1,24 @@
+"""What commands use where a folder or a file is left out."""
+
+from pathlib import Path
+
+from handsim.files import data_folder
+from handsim.learning.controller import GraspController
+from handsim.motion.recording import RecordingSet, read_recordings
+
+
+def recordings_or_built_in(folder: Path | None) -> RecordingSet:
+    """Read a folder of recordings; by default the built-in synthetic experiments."""
+    return read_recordings(folder or data_folder("assets") / "experiments")
+
+
+def controller_or_built_in(path: Path | None) -> GraspController:
+    """Load a controller; by default the one learned from the built-in experiments."""
+    return GraspController.load(path or data_folder("assets") / "controller.npz")
+
+
+def plan_folder(controller: Path | None) -> Path:
+    """Return where the plans of a controller are kept: beside it, or with the package."""
+    if controller is None:
+        return data_folder("assets") / "plans"
+    return controller.with_suffix(".plans")

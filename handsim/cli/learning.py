@@ -1,0 +1,126 @@
+"""`handsim learn`, `evaluate`, `postures`: from recordings to a controller and its movements."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from handsim.cli.console import (
+    ControllerFile,
+    Folder,
+    JsonFlag,
+    note,
+    progress,
+    say,
+    say_json,
+    say_table,
+    writable,
+)
+
+
+def learn(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Controller file, .npz.")],
+    folder: Folder = None,
+    components: Annotated[int, typer.Option(help="Principal components to learn in.")] = 3,
+    method: Annotated[
+        Literal["direction"], typer.Option(help="How beta is learned.")
+    ] = "direction",
+    k: Annotated[float, typer.Option(help="Exponent of the navigation function.")] = 2.0,
+    json: JsonFlag = False,
+) -> None:
+    """Learn a controller from a folder of recordings."""
+    from handsim.cli.defaults import recordings_or_built_in
+    from handsim.learning.learn import learn_controller
+
+    writable(output, ".npz")
+    recordings = recordings_or_built_in(folder)
+    controller, summary = learn_controller(recordings, n_components=components, k=k, method=method)
+    controller.save(output)
+    if json:
+        say_json(summary)
+        return
+    note(
+        f"learned from {summary['n_recordings']} recordings in {summary['seconds']:.2f} s: "
+        f"{summary['n_components']} components explain "
+        f"{100 * summary['variance_explained']:.1f} %, cost {summary['cost_start']:.4g} to "
+        f"{summary['cost_end']:.4g} in {summary['iterations']} iterations; wrote {output}"
+    )
+
+
+def evaluate(
+    controller: ControllerFile = None,
+    folder: Folder = None,
+    leave_one_out: Annotated[
+        bool, typer.Option("--leave-one-out", help="Learn again without each recording in turn.")
+    ] = False,
+    json: JsonFlag = False,
+) -> None:
+    """Score a controller against recordings."""
+    from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
+    from handsim.learning import scores
+
+    learned = controller_or_built_in(controller)
+    recordings = recordings_or_built_in(folder)
+    if leave_one_out:
+        result = scores.leave_one_out(learned, recordings, progress=progress)
+    else:
+        result = scores.evaluate(learned, recordings)
+    if json:
+        say_json(result)
+        return
+    say_table(
+        ("recording", "arrived", "path error [deg]", "straight line [deg]"),
+        [
+            (
+                row["name"],
+                "yes" if row["arrived"] else "no",
+                f"{row['path_error_deg']:.1f}",
+                f"{row['straight_error_deg']:.1f}",
+            )
+            for row in result["per_recording"]
+        ],
+    )
+    say(
+        f"{result['n_arrived']} of {result['n_recordings']} arrive; mean path error "
+        f"{result['path_error_deg']:.1f} deg, straight line {result['straight_error_deg']:.1f} deg, "
+        f"ratio {result['ratio']:.2f}"
+    )
+
+
+def postures(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Posture sequence, .csv.")],
+    controller: ControllerFile = None,
+    task: Annotated[
+        str | None, typer.Option(help="Recorded task whose destination to take.")
+    ] = None,
+    goal: Annotated[
+        Path | None, typer.Option(help="Posture file whose last frame is the destination.")
+    ] = None,
+    duration: Annotated[float, typer.Option(help="Duration of the movement [s].")] = 1.2,
+    time_law: Annotated[
+        Literal["natural", "gradient"], typer.Option(help="Speed along the path.")
+    ] = "natural",
+) -> None:
+    """Write the movement that the controller makes to a destination."""
+    from handsim.cli.defaults import controller_or_built_in
+    from handsim.errors import InputError
+    from handsim.motion.recording import read_postures, write_postures
+
+    writable(output, ".csv")
+    if (task is None) == (goal is None):
+        raise InputError("give one of --task and --goal: where is the movement to end?")
+    learned = controller_or_built_in(controller)
+    if task is not None:
+        recorded = learned.recorded_for(task)
+        q_start, q_goal = recorded.q_start, recorded.q_goal
+    else:
+        assert goal is not None
+        q_start, q_goal = learned.recorded[0].q_start, read_postures(goal)[1][-1]
+    movement = learned.postures(q_start, q_goal, time_law=time_law, duration=duration)
+    write_postures(output, movement.time, movement.q)
+    note(f"wrote {len(movement.time)} postures to {output}" + _reason(movement))
+
+
+def _reason(movement: object) -> str:
+    reason = getattr(movement, "reason", "")
+    return "" if getattr(movement, "arrived", True) else f"; did not arrive: {reason}"

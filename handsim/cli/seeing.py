@@ -1,0 +1,52 @@
+"""`handsim render`: rollouts and posture sequences as video, GIF or contact sheet."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from handsim.cli.console import note, writable
+
+if TYPE_CHECKING:
+    from handsim.viewing.clips import Clip
+
+
+def render(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(help="Rollouts (.npz) or posture sequences (.csv); several make a grid."),
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File: .mp4, .gif or .png.")],
+    camera: Annotated[
+        str, typer.Option(help="view, front, side, palm, top, orbit, follow, or the model's own.")
+    ] = "view",
+    size: Annotated[str, typer.Option(help="Width x height [pixels].")] = "640x480",
+    fps: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
+    postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
+    plain: Annotated[bool, typer.Option("--plain", help="No forces and subspace drawn in.")] = False,
+) -> None:
+    """Render movements in true time; a .png of one movement becomes its contact sheet."""
+    from handsim.viewing.stage import View, parse_size
+
+    writable(output, ".mp4", ".gif", ".png")
+    width, height = parse_size(size)
+    view = View(camera=camera, width=width, height=height, fps=fps)
+    clips = [_clip(source, measurements=not plain) for source in sources]
+
+    from handsim.viewing.clips import save_clips
+    from handsim.viewing.gl import choose_backend
+
+    choose_backend()
+    n = save_clips(clips, output, view, n_postures=postures)
+    note(f"wrote {n} {'pictures' if output.suffix.lower() == '.png' else 'frames'} to {output}")
+
+
+def _clip(source: Path, *, measurements: bool) -> "Clip":
+    from handsim.motion.recording import read_postures
+    from handsim.simulation.rollout import read_rollout
+    from handsim.viewing.postures import posture_clip
+    from handsim.viewing.rollouts import rollout_clip
+
+    if source.suffix.lower() == ".csv":
+        return posture_clip(*read_postures(source))
+    return rollout_clip(read_rollout(source), measurements)

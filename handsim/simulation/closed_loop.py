@@ -1,0 +1,313 @@
+"""Run one grasp in contact physics: glove, driver, squeeze, forearm, and what is recorded of it.
+
+Once every hundredth of a second the glove is read, the driver gives joint targets, the squeeze is
+added, and the forearm is put where the palm's path and the commanded wrist angles need it.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from handsim.hand.grasp_task import Task
+from handsim.hand.model import HandModel
+from handsim.hand.objects import object_by_name
+from handsim.hand.scene import build_scene
+from handsim.joints import LOWER, UPPER
+from handsim.simulation.alignment import forearm_for
+from handsim.simulation.conditions import Conditions
+from handsim.simulation.drivers import Driver
+from handsim.simulation.glove import RATE, DataGlove
+from handsim.simulation.plan import GraspPlan, PalmPath, Pose, Schedule, schedule_for
+from handsim.simulation.rollout import (
+    CONTACT_PARTS,
+    Phase,
+    Rollout,
+    current_versions,
+)
+from handsim.simulation.squeeze import ramp, squeeze_offset
+from handsim.simulation.trials import GraspTraces, judge
+
+Array = npt.NDArray[np.float64]
+
+SHAKE_FREQUENCY = 2.0
+"""Of the base's shaking during the hold [Hz]."""
+MAX_SPEED = 100.0
+"""Joint or body speed above which a simulation is taken to have diverged [m/s or rad/s]."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A compiled scene and where its parts are, to be simulated in many times over.
+
+    Attributes
+    ----------
+    task
+        For the right or left hand that is in the scene.
+    conditions
+        What the scene was built with.
+    hand
+        The scene's model and data.
+    xml
+        The model as text.
+    mocap
+        Row of the forearm's target.
+    object_body, palm_body
+        Body ids.
+    part_of_geom : (n_geom,)
+        Column of `CONTACT_PARTS` for the hand's geoms, -1 for all others.
+    of_object : (n_geom,)
+        Whether a geom belongs to the object.
+    lead : (22,) [s]
+        Damping over stiffness of the actuators.
+    """
+
+    task: Task
+    conditions: Conditions
+    hand: HandModel
+    xml: str
+    mocap: int
+    object_body: int
+    palm_body: int
+    part_of_geom: npt.NDArray[np.intp]
+    of_object: npt.NDArray[np.bool_]
+    lead: Array
+
+    @classmethod
+    def build(cls, task: Task, conditions: Conditions) -> "Stage":
+        """Build the scene of a task under the given conditions."""
+        dx, dy, yaw = conditions.object_offset
+        spec = build_scene(
+            task,
+            hand_length=conditions.hand_length,
+            hand_breadth=conditions.hand_breadth,
+            side=conditions.side,
+            friction=conditions.friction,
+            mass_scale=conditions.mass_scale,
+            offset=(dx, dy),
+            turn=yaw,
+        )
+        hand = HandModel.from_spec(spec)
+        model = hand.model
+        object_body = model.body("object").id
+        root = model.body_rootid[model.geom_bodyid]
+        index = hand.ctrl_index
+        stiffness = model.actuator_gainprm[index, 0]
+        damping = -model.actuator_biasprm[index, 2]
+        return cls(
+            task=task.for_side(conditions.side),
+            conditions=conditions,
+            hand=hand,
+            xml=spec.to_xml(),
+            mocap=int(model.body("forearm_target").mocapid[0]),
+            object_body=object_body,
+            palm_body=model.body("palm").id,
+            part_of_geom=_parts(model),
+            of_object=root == object_body,
+            lead=damping / stiffness,
+        )
+
+
+def simulate(
+    stage: Stage,
+    plan: GraspPlan,
+    driver: Driver,
+    glove: DataGlove | None = None,
+    schedule: Schedule | None = None,
+) -> Rollout:
+    """Run one grasp and judge it.
+
+    Parameters
+    ----------
+    stage
+        Scene of the task.
+    plan
+        Where palm and fingers go.
+    driver
+        What moves the fingers during the reach.
+    glove
+        How the joints are read; by default 1 degree steps with noise.
+    schedule
+        Timing; by default that of the task.
+
+    Returns
+    -------
+    Rollout
+        Cut short, with outcome ``unstable``, where the simulation diverges.
+    """
+    glove = glove or DataGlove()
+    schedule = schedule or schedule_for(stage.task)
+    run = _Run(stage, plan, schedule)
+    generator = np.random.default_rng(stage.conditions.seed)
+    shaking = _shaking(stage.conditions, schedule, generator)
+    model, data = stage.hand.model, stage.hand.data
+    substeps = round(1.0 / (RATE * model.opt.timestep))
+    arrived = False
+    for tick in range(round(schedule.end * RATE) + 1):
+        time = tick / RATE
+        reading = glove.read(stage.hand.q, generator)
+        if time <= schedule.reach:
+            arrived = driver.arrived(reading)
+        targets = driver.targets(time, reading) + run.added(time)
+        run.command(time, targets, shaking(time))
+        run.record(time, reading, driver.coordinates(reading))
+        mujoco.mj_step(model, data, nstep=substeps)
+        if run.diverged():
+            return run.finish(driver, arrived, unstable_at=time)
+    return run.finish(driver, arrived)
+
+
+class _Run:
+    """State and traces of one run."""
+
+    def __init__(self, stage: Stage, plan: GraspPlan, schedule: Schedule) -> None:
+        self.stage, self.plan, self.schedule = stage, plan, schedule
+        self.model, self.data = stage.hand.model, stage.hand.data
+        mujoco.mj_resetData(self.model, self.data)
+        yaw = np.deg2rad(stage.task.yaw_deg)
+        expected = Rotation.from_euler("z", yaw).as_quat(scalar_first=True)
+        self.path = PalmPath(plan, stage.task, schedule, Pose(np.zeros(3), expected))
+        self.squeeze = squeeze_offset(plan.squeeze)
+        self.samples: dict[str, list[Array | float]] = {}
+        self._place_hand()
+
+    def _place_hand(self) -> None:
+        """Put hand and forearm at the start, at rest."""
+        base = forearm_for(self.model, self.path.at(0.0), self.plan.q_start)
+        free = self.data.joint("forearm")
+        free.qpos[:] = np.concatenate([base.pos, base.quat])
+        self.stage.hand.set_posture(self.plan.q_start)
+
+    def added(self, time: float) -> Array:
+        """What squeeze and single fingers' movements add to the targets, (22,) [rad]."""
+        strength = ramp(time, self.schedule.squeeze_start, self.schedule.squeeze)
+        return strength * self.squeeze + self.path.flexion(time)
+
+    def command(self, time: float, targets: Array, shift: Array) -> None:
+        """Set the actuators' targets and the forearm's."""
+        ctrl = np.clip(targets, LOWER, UPPER)
+        self.data.ctrl[self.stage.hand.ctrl_index] = ctrl
+        base = forearm_for(self.model, self.path.at(time).moved(shift), ctrl)
+        self.data.mocap_pos[self.stage.mocap] = base.pos
+        self.data.mocap_quat[self.stage.mocap] = base.quat
+
+    def record(self, time: float, reading: Array, z: Array) -> None:
+        """Keep a sample of everything."""
+        data, stage = self.data, self.stage
+        force, depth = self._contact()
+        sample = {
+            "time": time,
+            "qpos": data.qpos.copy(),
+            "qvel": data.qvel.copy(),
+            "ctrl": data.ctrl.copy(),
+            "mocap_pos": data.mocap_pos[stage.mocap].copy(),
+            "mocap_quat": data.mocap_quat[stage.mocap].copy(),
+            "reading": reading,
+            "z": z,
+            "contact_force": force,
+            "penetration": depth,
+            "object_pos": data.xipos[stage.object_body].copy(),
+            "object_quat": data.xquat[stage.object_body].copy(),
+            "palm_pos": data.xpos[stage.palm_body].copy(),
+            "palm_quat": data.xquat[stage.palm_body].copy(),
+        }
+        for name, value in sample.items():
+            self.samples.setdefault(name, []).append(value)
+
+    def _contact(self) -> tuple[Array, float]:
+        """Sum of normal forces per part of the hand on the object, and the deepest overlap."""
+        force = np.zeros(len(CONTACT_PARTS))
+        contact = self.data.contact
+        if self.data.ncon == 0:
+            return force, 0.0
+        first, second = contact.geom[:, 0], contact.geom[:, 1]
+        parts = self.stage.part_of_geom
+        part = np.maximum(parts[first], parts[second])
+        held = (part >= 0) & (self.stage.of_object[first] | self.stage.of_object[second])
+        held &= contact.efc_address >= 0
+        normal = self.data.efc_force[contact.efc_address[held]]
+        np.add.at(force, part[held], normal)
+        depth = float(max(0.0, -contact.dist[held].min())) if held.any() else 0.0
+        return force, depth
+
+    def diverged(self) -> bool:
+        """Whether the state has left all bounds."""
+        qvel = self.data.qvel
+        bad = self.data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number > 0
+        return bool(bad or not np.isfinite(qvel).all() or np.abs(qvel).max() > MAX_SPEED)
+
+    def finish(self, driver: Driver, arrived: bool, unstable_at: float | None = None) -> Rollout:
+        """Judge the traces and make them a record."""
+        arrays = {name: np.array(values) for name, values in self.samples.items()}
+        stage, schedule = self.stage, self.schedule
+        thing = object_by_name(stage.task.object_name)
+        traces = GraspTraces(
+            time=arrays["time"],
+            object_pos=arrays.pop("object_pos"),
+            object_quat=arrays.pop("object_quat"),
+            palm_pos=arrays.pop("palm_pos"),
+            palm_quat=arrays.pop("palm_quat"),
+            touching=(arrays["contact_force"] > 0).sum(axis=1),
+            penetration=arrays["penetration"],
+            action_start=schedule.action_start,
+            symmetry=thing.symmetry,
+            arrived=arrived,
+            unstable_at=unstable_at,
+        )
+        return Rollout(
+            task=stage.task.name,
+            driver=driver.name,
+            model_xml=stage.xml,
+            assets={},
+            phases=_phases(schedule),
+            conditions=stage.conditions,
+            outcome=judge(traces, stage.task),
+            versions=current_versions(),
+            **arrays,
+        )
+
+
+def _parts(model: mujoco.MjModel) -> npt.NDArray[np.intp]:
+    """Column of `CONTACT_PARTS` for each geom of the hand, -1 elsewhere."""
+    parts = np.full(model.ngeom, -1)
+    forearm_root = model.body_rootid[model.body("forearm").id]
+    for geom in range(model.ngeom):
+        body = model.geom_bodyid[geom]
+        if model.body_rootid[body] != forearm_root:
+            continue
+        name = model.body(body).name.split("_")[0]
+        parts[geom] = CONTACT_PARTS.index(name if name in CONTACT_PARTS else "palm")
+    return parts
+
+
+def _shaking(
+    conditions: Conditions, schedule: Schedule, generator: np.random.Generator
+) -> "_Shaking":
+    angle = generator.uniform(0.0, 2 * np.pi)
+    return _Shaking(conditions.shake, schedule.hold_start, float(angle))
+
+
+@dataclass(frozen=True)
+class _Shaking:
+    """Horizontal shaking of the base during the hold, of given acceleration amplitude."""
+
+    acceleration: float
+    start: float
+    angle: float
+
+    def __call__(self, time: float) -> Array:
+        omega = 2 * np.pi * SHAKE_FREQUENCY
+        swell = ramp(time, self.start, 0.5)
+        size = swell * self.acceleration / omega**2 * np.sin(omega * (time - self.start))
+        return size * np.array([np.cos(self.angle), np.sin(self.angle), 0.0])
+
+
+def _phases(schedule: Schedule) -> tuple[Phase, ...]:
+    return (
+        Phase("reach", 0.0),
+        Phase("squeeze", schedule.squeeze_start),
+        Phase("action", schedule.action_start),
+        Phase("hold", schedule.hold_start),
+    )

@@ -1,0 +1,33 @@
+"""The virtual data glove: what a sensor glove would read of the simulated joints."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+RATE = 100.0
+"""Readings a second, that of the paper's glove (Sec. VI-A) [Hz]."""
+
+
+@dataclass(frozen=True)
+class DataGlove:
+    """Noise and resolution of the 22 sensors.
+
+    Attributes
+    ----------
+    resolution
+        Step between two readings, 1 deg in the paper's Sec. VI-A [rad].
+    noise
+        Standard deviation added before rounding [rad]; a quarter of a degree makes readings
+        flicker between neighbouring steps as those of real gloves do.
+    """
+
+    resolution: float = float(np.deg2rad(1.0))
+    noise: float = float(np.deg2rad(0.25))
+
+    def read(self, q: Array, generator: np.random.Generator) -> Array:
+        """Return the reading of joint angles ``q`` (..., 22) [rad]."""
+        noisy = q + self.noise * generator.standard_normal(q.shape)
+        return np.round(noisy / self.resolution) * self.resolution

@@ -1,0 +1,136 @@
+"""Grasp a task with a controller or by script: nominal, then perturbed trials."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from handsim.hand.grasp_task import Task
+from handsim.hand.model import HandModel, build_hand
+from handsim.learning.controller import GraspController
+from handsim.simulation.closed_loop import Stage, simulate
+from handsim.simulation.conditions import Conditions, perturb
+from handsim.simulation.demonstrator import demonstrate
+from handsim.simulation.drivers import learned_driver
+from handsim.simulation.plan import GraspPlan, schedule_for
+from handsim.simulation.plan_store import PlanStore
+from handsim.simulation.planner import plan_grasp, replayed_plan
+from handsim.simulation.rollout import Rollout
+from handsim.simulation.trials import wilson_interval
+
+Grasper = Callable[[Task, Conditions], Rollout]
+"""Grasps a task under the given conditions."""
+Mode = Literal["plan", "replay"]
+
+
+@dataclass(frozen=True)
+class TaskResult:
+    """A task's nominal run and its perturbed trials."""
+
+    task: Task
+    nominal: Rollout
+    trials: tuple[Rollout, ...]
+
+    @property
+    def successes(self) -> int:
+        """Number of perturbed trials that succeeded."""
+        return sum(trial.outcome.success for trial in self.trials)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what `handsim grasp --json` says of a task; the nominal run comes first."""
+        return {
+            "task": self.task.name,
+            "nominal_success": self.nominal.outcome.success,
+            "trials": len(self.trials),
+            "successes": self.successes,
+            "success_interval": wilson_interval(self.successes, len(self.trials)),
+            "per_trial": [
+                {
+                    "seed": run.conditions.seed,
+                    "nominal": run.conditions.nominal,
+                    **asdict(run.outcome),
+                }
+                for run in (self.nominal, *self.trials)
+            ],
+        }
+
+
+def grasp_task(grasp: Grasper, task: Task, conditions: Conditions, n_trials: int) -> TaskResult:
+    """Grasp a task once as it is, and ``n_trials`` times perturbed.
+
+    The perturbed trials have the seeds that follow the nominal one's.
+    """
+    nominal = grasp(task, conditions)
+    seeds = range(conditions.seed + 1, conditions.seed + 1 + n_trials)
+    trials = tuple(grasp(task, perturb(conditions, seed)) for seed in seeds)
+    return TaskResult(task, nominal, trials)
+
+
+def summarise(results: list[TaskResult], seconds: float) -> dict[str, Any]:
+    """Return what `handsim grasp --task all --json` says."""
+    objects = {r.task.object_name for r in results if r.nominal.outcome.success}
+    return {
+        "tasks": [result.as_json() for result in results],
+        "tasks_passed": sum(result.nominal.outcome.success for result in results),
+        "objects_passed": len(objects),
+        "seconds": seconds,
+    }
+
+
+@dataclass(frozen=True)
+class ControllerGrasper:
+    """Grasps with a learned controller, by plan or by replaying recorded destinations.
+
+    Attributes
+    ----------
+    controller
+        The learned controller.
+    mode
+        ``plan`` plans the destination in the subspace, ``replay`` takes the recorded one.
+    store
+        Where plans are kept, or None to plan every time.
+    hints
+        Plans of other controllers to begin with.
+    """
+
+    controller: GraspController
+    mode: Mode = "plan"
+    store: PlanStore | None = None
+    hints: tuple[PlanStore, ...] = ()
+
+    def __call__(self, task: Task, conditions: Conditions) -> Rollout:
+        """Grasp ``task``; what has to be planned first is planned for nominal conditions."""
+        stage = Stage.build(task, conditions)
+        plan = self.plan_for(task, stage)
+        schedule = schedule_for(stage.task)
+        driver = learned_driver(self.controller, plan, stage.lead, schedule)
+        return simulate(stage, plan, driver, schedule=schedule)
+
+    def plan_for(self, task: Task, stage: Stage) -> GraspPlan:
+        """Return the stored plan of a task, or make and store it."""
+        conditions = stage.conditions
+        if self.mode == "replay":
+            size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
+            return replayed_plan(self.controller, stage, HandModel.from_spec(build_hand(*size)))
+        plans = self.store.read() if self.store else {}
+        if task.name in plans:
+            return plans[task.name]
+        nominal = Conditions(
+            hand_length=conditions.hand_length,
+            hand_breadth=conditions.hand_breadth,
+            side=conditions.side,
+        )
+        plan, _ = plan_grasp(self.controller, task, nominal, next(self._hinted(task), None))
+        if self.store:
+            self.store.add(task.name, plan)
+        return plan
+
+    def _hinted(self, task: Task) -> Iterator[GraspPlan]:
+        for store in self.hints:
+            plans = store.read()
+            if task.name in plans:
+                yield plans[task.name]
+
+
+def demonstrator_grasper() -> Grasper:
+    """Return the scripted grasps as a grasper."""
+    return demonstrate

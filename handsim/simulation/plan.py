@@ -1,0 +1,167 @@
+"""How one task is to be grasped: palm pose, start and destination, and the timing of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from handsim.hand.grasp_task import Step, Task
+from handsim.joints import JOINT_INDEX, N_JOINTS
+from handsim.simulation.squeeze import ramp
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A position [m] and an orientation (w, x, y, z) of one frame in another."""
+
+    pos: Array
+    quat: Array
+
+    @property
+    def rotation(self) -> Rotation:
+        """The orientation."""
+        return Rotation.from_quat(self.quat, scalar_first=True)
+
+    def moved(self, offset: Array, turn: Rotation | None = None) -> "Pose":
+        """Return the pose displaced by ``offset`` and turned in place, both in the outer frame."""
+        rotation = self.rotation if turn is None else turn * self.rotation
+        return Pose(self.pos + offset, rotation.as_quat(scalar_first=True))
+
+    def __matmul__(self, inner: "Pose") -> "Pose":
+        """Chain two poses: ``inner`` is given in this one's frame."""
+        rotation = self.rotation * inner.rotation
+        return Pose(self.pos + self.rotation.apply(inner.pos), rotation.as_quat(scalar_first=True))
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Durations of the phases of a grasp [s].
+
+    People's reaches to graspable objects take about a second, and the hand is at the object when
+    about two thirds of it have passed, while the fingers still close (M. Jeannerod 1984,
+    J. Mot. Behav. 16(3):235-254).
+
+    Attributes
+    ----------
+    reach
+        From rest until the fingers have closed.
+    arrive
+        Fraction of the reach at which the palm is in place.
+    squeeze
+        Ramp of the squeeze layer.
+    steps
+        Durations of the task's movements, one after the other.
+    hold
+        What follows; a little longer than the rule asks for.
+    """
+
+    steps: tuple[float, ...]
+    hold: float
+    reach: float = 1.2
+    arrive: float = 0.75
+    squeeze: float = 0.5
+
+    @property
+    def squeeze_start(self) -> float:
+        """When the squeeze begins [s]."""
+        return self.reach
+
+    @property
+    def action_start(self) -> float:
+        """When the task's first movement begins [s]."""
+        return self.reach + self.squeeze
+
+    @property
+    def hold_start(self) -> float:
+        """When the last movement has ended [s]."""
+        return self.action_start + sum(self.steps)
+
+    @property
+    def end(self) -> float:
+        """When the run ends [s]."""
+        return self.hold_start + self.hold
+
+
+def schedule_for(task: Task) -> Schedule:
+    """Return the timing of a task."""
+    return Schedule(steps=tuple(step.seconds for step in task.steps), hold=task.rule.hold + 0.1)
+
+
+@dataclass(frozen=True)
+class GraspPlan:
+    """Where palm and fingers go to grasp an object.
+
+    Attributes
+    ----------
+    palm
+        Pose of the palm at the grasp, in the object frame.
+    retreat : (3,)
+        From the palm at the grasp back to where the reach begins, object frame [m].
+    q_start, q_goal : (22,) [rad]
+        Postures at the start and at the grasp.
+    squeeze
+        Factor on the squeeze layer.
+    """
+
+    palm: Pose
+    retreat: Array
+    q_start: Array
+    q_goal: Array
+    squeeze: float = 1.0
+
+
+@dataclass(frozen=True)
+class PalmPath:
+    """Commanded movement of the palm through a whole task.
+
+    The reach comes in along the retreat; after the squeeze each step of the task moves the palm
+    rigidly about the grasp point.
+    """
+
+    plan: GraspPlan
+    task: Task
+    schedule: Schedule
+    object_pose: Pose
+
+    def at(self, time: float) -> Pose:
+        """Pose of the palm in the world at ``time`` [s]."""
+        back = 1.0 - ramp(time, 0.0, self.schedule.arrive * self.schedule.reach)
+        approaching = self.object_pose @ self.plan.palm.moved(back * self.plan.retreat)
+        return self._carried(time) @ approaching
+
+    def flexion(self, time: float) -> Array:
+        """Flexion that the task's steps add to single fingers, (22,) [rad]."""
+        flexion = np.zeros(N_JOINTS)
+        for step, start in self._steps():
+            for finger in step.flex:
+                added = np.deg2rad(step.angle_deg) * ramp(time, start, step.seconds)
+                flexion[JOINT_INDEX[f"{finger}_mcp"]] += added
+        return flexion
+
+    def _carried(self, time: float) -> Pose:
+        """Rigid motion of palm and object since the squeeze, in the world."""
+        carried = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+        grasp_point = self.object_pose.pos + self.object_pose.rotation.apply(self.task.grasp.point)
+        for step, start in self._steps():
+            part = ramp(time, start, step.seconds)
+            if part == 0.0:
+                break
+            angle = 0.0 if step.flex else np.deg2rad(step.angle_deg) * part
+            axis = np.array(step.axis)
+            if step.own_axis:
+                axis = (carried.rotation * self.object_pose.rotation).apply(axis)
+            turn = Rotation.from_rotvec(angle * axis)
+            point = carried.pos + carried.rotation.apply(grasp_point)
+            shift = point - turn.apply(point) + part * np.array(step.shift)
+            carried = Pose(shift, turn.as_quat(scalar_first=True)) @ carried
+        return carried
+
+    def _steps(self) -> Iterator[tuple[Step, float]]:
+        start = self.schedule.action_start
+        for step in self.task.steps:
+            yield step, start
+            start += step.seconds

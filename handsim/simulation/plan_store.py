@@ -1,0 +1,79 @@
+"""Plans on disk: what has been planned once is not planned again."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handsim.errors import FileError
+from handsim.files import write_text
+from handsim.simulation.conditions import Conditions
+from handsim.simulation.plan import GraspPlan, Pose
+
+SCHEMA = 1
+
+
+def plan_key(controller_digest: str, conditions: Conditions) -> str:
+    """Return the key under which plans of one controller and one hand are kept."""
+    hand = f"{conditions.hand_length:.6f} {conditions.hand_breadth:.6f} {conditions.side}"
+    return hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class PlanStore:
+    """Plans kept in one JSON file, by task, for one controller and one hand.
+
+    Attributes
+    ----------
+    path
+        The file; it appears with the first plan.
+    """
+
+    path: Path
+
+    def read(self) -> dict[str, GraspPlan]:
+        """Return the plans by task.
+
+        Raises
+        ------
+        FileError
+            If the file is there and cannot be read.
+        """
+        if not self.path.is_file():
+            return {}
+        try:
+            stored = json.loads(self.path.read_text(encoding="utf-8"))
+            return {task: _from_json(plan) for task, plan in stored["plans"].items()}
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise FileError(f"{self.path}: not a file of plans ({error}); delete it") from error
+
+    def add(self, task: str, plan: GraspPlan) -> None:
+        """Keep a plan; those of other tasks stay."""
+        plans = self.read() | {task: plan}
+        content = {"schema": SCHEMA, "plans": {name: _to_json(plans[name]) for name in sorted(plans)}}
+        self.path.parent.mkdir(exist_ok=True)
+        write_text(self.path, json.dumps(content, indent=1) + "\n")
+
+
+def _to_json(plan: GraspPlan) -> dict[str, Any]:
+    return {
+        "palm_pos_m": plan.palm.pos.tolist(),
+        "palm_quat_wxyz": plan.palm.quat.tolist(),
+        "retreat_m": plan.retreat.tolist(),
+        "q_start_deg": np.rad2deg(plan.q_start).tolist(),
+        "q_goal_deg": np.rad2deg(plan.q_goal).tolist(),
+        "squeeze": plan.squeeze,
+    }
+
+
+def _from_json(stored: dict[str, Any]) -> GraspPlan:
+    return GraspPlan(
+        Pose(np.array(stored["palm_pos_m"]), np.array(stored["palm_quat_wxyz"])),
+        np.array(stored["retreat_m"]),
+        np.deg2rad(stored["q_start_deg"]),
+        np.deg2rad(stored["q_goal_deg"]),
+        float(stored["squeeze"]),
+    )
