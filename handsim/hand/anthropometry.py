@@ -22,12 +22,11 @@ Sources, and how sure they are
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 
-from handsim.errors import InputError, UnknownNameError
-from handsim.joints import FINGERS, Array, Finger
+from handsim.errors import InputError
+from handsim.joints import FINGERS, Array, Finger, Joint
 
 HAND_LENGTH_RANGE = (0.12, 0.26)
 """Hand lengths that can be built [m]: from a child of four to beyond the longest on record."""
@@ -36,43 +35,8 @@ HAND_BREADTH_RANGE = (0.05, 0.12)
 DENSITY = 1100.0
 """Density of the ellipsoids [kg/m3]."""
 
-Sex = Literal["woman", "man"]
-
-
-@dataclass(frozen=True)
-class Population:
-    """Joint normal distribution of hand length and breadth of one sex [m], ANSUR II."""
-
-    hand_length: tuple[float, float]
-    """Mean and standard deviation."""
-    hand_breadth: tuple[float, float]
-    """Mean and standard deviation."""
-    correlation: float
-
-
-POPULATIONS: MappingProxyType[Sex, Population] = MappingProxyType(
-    {
-        "woman": Population((0.1811, 0.0101), (0.0782, 0.0038), 0.57),
-        "man": Population((0.1933, 0.0099), (0.0883, 0.0044), 0.58),
-    }
-)
-
-PRESETS: MappingProxyType[str, tuple[float, float]] = MappingProxyType(
-    {
-        "woman-5": (0.165, 0.072),
-        "woman-50": (0.1811, 0.0782),
-        "woman-95": (0.199, 0.085),
-        "man-5": (0.177, 0.081),
-        "man-50": (0.1933, 0.0883),
-        "man-95": (0.210, 0.096),
-    }
-)
-"""Hand length and breadth [m] at the 5th, 50th and 95th percentile of each, ANSUR II.
-
-Both at the same percentile: fewer than 5 % of people are as small, or as large, in both.
-"""
-
-HAND_LENGTH, HAND_BREADTH = PRESETS["man-50"]
+HAND_LENGTH, HAND_BREADTH = 0.1933, 0.0883
+"""Hand length and breadth of a man of median size [m] [4]."""
 
 # Segment lengths / HL [1]: proximal, middle, distal; the thumb: metacarpal, proximal, distal.
 LENGTHS: MappingProxyType[Finger, tuple[float, float, float]] = MappingProxyType(
@@ -122,40 +86,28 @@ Ellipsoids that end at the joints would touch in a point and leave necks that no
 The distal one ends at the fingertip itself, so that reach is exact.
 """
 
+CMC_OVERLAP = 0.4
+"""The same for the thumb's metacarpal at the wrist, whose radius is that of the thenar muscles."""
+
 # The thumb. [1] measured in the plane of the hand; what leaves the plane is this project's own,
 # chosen so that the flat thumb lies beside the palm and its pad meets every finger's pad.
 THUMB_DEPTH = 0.10
 """How far the thumb's CMC lies palmar to the others' plane, / HB: the trapezium's step."""
 THUMB_SPLAY_DEG = 30.0
 """Angle of the flat thumb to the axis of its rotation [deg]."""
-THUMB_PHASE_DEG = 10.0
-"""How far the flat thumb is turned palmar about the axis of its rotation [deg]."""
-THUMB_PRONATION_DEG = 25.0
+THUMB_PRONATION_DEG = 15.0
 """How far the pad of the flat thumb is turned from ulnar to palmar [deg]."""
 
-
-@dataclass(frozen=True)
-class Link:
-    """A moving body of the right hand in its zero posture.
-
-    Attributes
-    ----------
-    name, parent
-        Names of the body and of the one that carries it.
-    origin
-        Joint centre in the parent's frame, (3,) [m].
-    axes
-        Columns are the body's x (along the segment), y (flexion turns about it) and z (dorsal)
-        in the parent's frame, (3, 3).
-    length
-        To the next joint or the fingertip, along x [m]; 0 for the palm's two bodies.
-    """
-
-    name: str
-    parent: str
-    origin: Array
-    axes: Array
-    length: float = 0.0
+# The palm's soft parts [3]: name, body, centre and semi-axes (x / HL, y / HB, z / HB), turn of the
+# first semi-axis about z [deg].
+SOFT_PARTS = (
+    ("palm", "palm", (0.10, 0.0, -0.03), (0.13, 0.33, 0.17), 0.0),
+    ("palm_centre", "palm", (0.26, 0.06, -0.035), (0.215, 0.26, 0.14), 0.0),
+    ("index_pad", "palm", (0.385, 0.125, -0.04), (0.075, 0.235, 0.13), 0.0),
+    ("web", "palm", (0.25, 0.25, -0.07), (0.15, 0.15, 0.10), 25.0),
+    ("hypothenar", "palm_ulnar", (0.21, -0.29, -0.05), (0.18, 0.19, 0.165), -8.0),
+    ("little_pad", "palm_ulnar", (0.335, -0.28, -0.04), (0.075, 0.205, 0.12), 0.0),
+)
 
 
 @dataclass(frozen=True)
@@ -205,26 +157,6 @@ class HandGeometry:
     hand_breadth: float
 
     @cached_property
-    def links(self) -> tuple[Link, ...]:
-        """Bodies from the palm outwards, parents first."""
-        links = [
-            Link("palm", "forearm", np.zeros(3), np.eye(3)),
-            Link("palm_ulnar", "palm", self._arch_origin, np.eye(3)),
-        ]
-        for finger in FINGERS:
-            names = segment_names(finger)
-            parent = "palm_ulnar" if finger in ("ring", "little") else "palm"
-            origin = self.thumb_cmc if finger == "thumb" else self.mcp(finger)
-            if parent == "palm_ulnar":
-                origin = origin - self._arch_origin
-            axes = thumb_axes() if finger == "thumb" else np.eye(3)
-            for name, fraction in zip(names, LENGTHS[finger], strict=True):
-                length = fraction * self.hand_length
-                links.append(Link(name, parent, origin, axes, length))
-                parent, origin, axes = name, np.array([length, 0.0, 0.0]), np.eye(3)
-        return tuple(links)
-
-    @cached_property
     def ellipsoids(self) -> tuple[Ellipsoid, ...]:
         """Ellipsoids of all bodies: segments, metacarpals and the palm's soft parts."""
         return (*self._segments(), *self._metacarpals(), *self._soft_parts())
@@ -250,21 +182,22 @@ class HandGeometry:
         along = self._arch_end(MCP) - self._arch_end(CMC)
         return along / np.linalg.norm(along)
 
-    def link(self, name: str) -> Link:
-        """Return a body by its name."""
-        return next(link for link in self.links if link.name == name)
-
     def ellipsoid(self, name: str) -> Ellipsoid:
         """Return an ellipsoid by its name."""
         return next(ellipsoid for ellipsoid in self.ellipsoids if ellipsoid.name == name)
 
+    @property
+    def arch_origin(self) -> Array:
+        """Where the arch's axis leaves the carpus, in the hand frame, (3,) [m]."""
+        return self._arch_end(CMC)
+
+    def origin_of(self, body: str) -> Array:
+        """Origin of ``palm`` or ``palm_ulnar`` in the hand frame, (3,) [m]."""
+        return self.arch_origin if body == "palm_ulnar" else np.zeros(3)
+
     def mcp(self, finger: Finger) -> Array:
         """Metacarpophalangeal joint of a finger in the hand frame, (3,) [m]."""
         return self._point(*MCP[finger])
-
-    @property
-    def _arch_origin(self) -> Array:
-        return self._arch_end(CMC)
 
     def _arch_end(self, table: MappingProxyType[Finger, tuple[float, float]]) -> Array:
         middle, ring = np.array(table["middle"]), np.array(table["ring"])
@@ -279,7 +212,7 @@ class HandGeometry:
             radii = RADII[finger][-3:]
             for k, (name, radius) in enumerate(zip(segment_names(finger), radii, strict=True)):
                 across = radius * self.hand_breadth
-                start = -OVERLAP * across
+                start = -(CMC_OVERLAP if name == "thumb_metacarpal" else OVERLAP) * across
                 length = LENGTHS[finger][k] * self.hand_length
                 end = length + (0.0 if k == 2 else OVERLAP * across)
                 centre = np.array([(start + end) / 2, 0.0, 0.0])
@@ -293,8 +226,8 @@ class HandGeometry:
             across = RADII[finger][0] * self.hand_breadth
             cmc, mcp = self._point(*CMC[finger]), self.mcp(finger)
             length = float(np.linalg.norm(mcp - cmc))
-            body = "palm_ulnar" if finger in ("ring", "little") else "palm"
-            centre = (cmc + mcp) / 2 - (self._arch_origin if body == "palm_ulnar" else 0.0)
+            body = palm_body(finger)
+            centre = (cmc + mcp) / 2 - self.origin_of(body)
             semi_axes = np.array([length / 2 + OVERLAP * across, across, across])
             direction = (mcp - cmc) / length
             ellipsoids.append(Ellipsoid(f"{finger}_metacarpal", body, centre, semi_axes, direction))
@@ -303,25 +236,11 @@ class HandGeometry:
     def _soft_parts(self) -> list[Ellipsoid]:
         ellipsoids = []
         for name, body, centre, size, turn_deg in SOFT_PARTS:
-            offset = self._arch_origin if body == "palm_ulnar" else 0.0
             angle = np.deg2rad(turn_deg)
             direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-            ellipsoids.append(
-                Ellipsoid(name, body, self._point(*centre) - offset, self._point(*size), direction)
-            )
+            place = self._point(*centre) - self.origin_of(body)
+            ellipsoids.append(Ellipsoid(name, body, place, self._point(*size), direction))
         return ellipsoids
-
-
-# The palm's soft parts [3]: name, body, centre and semi-axes (x / HL, y / HB, z / HB), turn of the
-# first semi-axis about z [deg].
-SOFT_PARTS = (
-    ("palm", "palm", (0.10, 0.0, -0.03), (0.13, 0.33, 0.17), 0.0),
-    ("palm_centre", "palm", (0.25, 0.06, -0.05), (0.21, 0.24, 0.14), 0.0),
-    ("index_pad", "palm", (0.40, 0.12, -0.05), (0.08, 0.26, 0.13), 0.0),
-    ("web", "palm", (0.24, 0.24, -0.07), (0.16, 0.16, 0.11), 25.0),
-    ("hypothenar", "palm_ulnar", (0.21, -0.30, -0.06), (0.17, 0.18, 0.17), -8.0),
-    ("little_pad", "palm_ulnar", (0.35, -0.29, -0.05), (0.08, 0.22, 0.12), 0.0),
-)
 
 
 def hand_geometry(
@@ -350,60 +269,32 @@ def hand_geometry(
     return HandGeometry(float(hand_length), float(hand_breadth))
 
 
-def preset(name: str) -> tuple[float, float]:
-    """Return hand length and breadth [m] of a preset, ``woman-5`` to ``man-95``.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is no such preset.
-    """
-    if name not in PRESETS:
-        raise UnknownNameError("hand size", name, tuple(PRESETS))
-    return PRESETS[name]
-
-
-def sample_sizes(n: int, sex: Sex, seed: int) -> Array:
-    """Draw hand lengths and breadths of a population jointly.
-
-    Returns
-    -------
-    (n, 2) [m]
-        Hand length and breadth, clipped to the ranges that can be built (beyond 6 sigma).
-
-    Raises
-    ------
-    UnknownNameError
-        If ``sex`` is neither ``woman`` nor ``man``.
-    """
-    if sex not in POPULATIONS:
-        raise UnknownNameError("population", sex, tuple(POPULATIONS))
-    people = POPULATIONS[sex]
-    means, deviations = np.array([people.hand_length, people.hand_breadth]).T
-    correlation = np.array([[1.0, people.correlation], [people.correlation, 1.0]])
-    covariance = correlation * np.outer(deviations, deviations)
-    sizes = np.random.default_rng(seed).multivariate_normal(means, covariance, size=n)
-    limits = np.array([HAND_LENGTH_RANGE, HAND_BREADTH_RANGE])
-    return np.clip(sizes, *limits.T)
-
-
 def segment_names(finger: Finger) -> tuple[str, str, str]:
     """Return the names of a finger's three moving segments, proximal first."""
     parts = ("metacarpal", "proximal") if finger == "thumb" else ("proximal", "middle")
     return (f"{finger}_{parts[0]}", f"{finger}_{parts[1]}", f"{finger}_distal")
 
 
+def palm_body(finger: Finger) -> str:
+    """Return the part of the palm that carries a finger: the arch moves ring and little."""
+    return "palm_ulnar" if finger in ("ring", "little") else "palm"
+
+
+def first_segment(joint: Joint) -> int:
+    """Return which of its finger's three segments, 0 to 2, a joint moves first."""
+    place = joint.name.rsplit("_", 1)[1]
+    order = ("", "mcp", "ip") if joint.finger == "thumb" else ("mcp", "pip", "dip")
+    return order.index(place) if place in order else 0
+
+
 def thumb_axes() -> Array:
     """Return the thumb metacarpal's axes in the hand frame, flat right hand, (3, 3).
 
-    x points along the metacarpal, on a cone of `THUMB_SPLAY_DEG` about the axis of the thumb's
-    rotation (the hand's x), `THUMB_PHASE_DEG` palmar of the hand's plane; -z is where the pad
-    faces: from ulnar turned `THUMB_PRONATION_DEG` to palmar.
+    x points along the metacarpal, `THUMB_SPLAY_DEG` radial of the hand's x, about which the thumb
+    rotates; -z is where the pad faces: from ulnar turned `THUMB_PRONATION_DEG` to palmar.
     """
-    splay, phase, pronation = np.deg2rad([THUMB_SPLAY_DEG, THUMB_PHASE_DEG, THUMB_PRONATION_DEG])
-    radial = np.array([0.0, np.cos(phase), -np.sin(phase)])
-    palmar = np.array([0.0, -np.sin(phase), -np.cos(phase)])
-    x = np.array([np.cos(splay), 0.0, 0.0]) + np.sin(splay) * radial
-    ulnar = np.array([np.sin(splay), 0.0, 0.0]) - np.cos(splay) * radial
-    pad = np.cos(pronation) * ulnar + np.sin(pronation) * palmar
+    splay, pronation = np.deg2rad([THUMB_SPLAY_DEG, THUMB_PRONATION_DEG])
+    x = np.array([np.cos(splay), np.sin(splay), 0.0])
+    ulnar = np.array([np.sin(splay), -np.cos(splay), 0.0])
+    pad = np.cos(pronation) * ulnar - np.sin(pronation) * np.array([0.0, 0.0, 1.0])
     return np.column_stack([x, np.cross(-pad, x), -pad])

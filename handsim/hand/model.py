@@ -3,15 +3,12 @@
 Frame: as in `handsim.hand.anthropometry`; origin of body ``forearm`` and ``palm`` at the wrist
 centre, +x distal, +y to the thumb's side of a right hand, +z dorsal. The left hand is the mirror
 image y -> -y, with joint axes such that the same q gives the mirrored posture.
-
-Order of rotations: flexion turns about an axis fixed in the proximal bone, spreading about one
-that moves with it (the ISB's order, Wu et al. 2005, J. Biomech. 38:981-992), so that the glove's
-abduction stays the angle between fingers when they are flexed.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -23,16 +20,16 @@ import numpy.typing as npt
 
 from handsim.errors import UnknownNameError
 from handsim.files import write_text
-from handsim.hand.anthropometry import (
-    HAND_BREADTH,
-    HAND_LENGTH,
-    LENGTHS,
-    Ellipsoid,
-    HandGeometry,
-    hand_geometry,
-    segment_names,
+from handsim.hand.anthropometry import DENSITY, HAND_BREADTH, HAND_LENGTH, hand_geometry
+from handsim.hand.parts import (
+    add_actuators,
+    add_bodies,
+    add_ellipsoids,
+    add_fingertips,
+    add_sensors,
 )
-from handsim.joints import FINGERS, JOINT_NAMES, JOINTS, Array, Joint
+from handsim.hand.postures import POSTURES
+from handsim.joints import FINGERS, JOINT_INDEX, JOINT_NAMES, Array
 
 Side = Literal["right", "left"]
 SIDES: tuple[Side, ...] = ("right", "left")
@@ -46,18 +43,9 @@ CONTACT_SOLREF = (0.006, 1.0)
 WELD_SOLREF = (0.005, 1.0)
 """Time constant [s] and damping ratio of the weld that carries the base."""
 
-FINGERTIP_FORCE = 30.0
-"""What each fingertip can push with [N]: about 40 % of a man's maximal tip pinch (Mathiowetz et
-al. 1985, Arch. Phys. Med. Rehabil. 66:69-74), which he can keep up. All torque limits follow."""
-SATURATION = 0.4
-"""Position error at which an actuator reaches its limit [rad]; gain = limit / saturation. All
-flexors of a finger offset by the same angle then push with about the same fingertip force."""
-SPREADING_STRENGTH = 0.5
-"""Torque of the interossei that spread, relative to that of the flexors."""
-DAMPING_RATIO = 1.0
 JOINT_DAMPING = 0.01
 """Passive damping [N m s/rad]."""
-ARMATURE = MappingProxyType({"finger": 2e-4, "proximal": 4e-4, "wrist": 2e-3})
+ARMATURE = MappingProxyType({"phalanx": 2e-4, "knuckle": 4e-4, "wrist": 2e-3})
 """Inertia added to each hinge [kg m2] by class of joint; several times that of a fingertip, for
 stability at the gains above with steps of 2 ms."""
 
@@ -104,7 +92,8 @@ def build_hand(
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"{side}_hand"
-    _add_hand(spec, hand_length, hand_breadth, side)
+    set_physics(spec)
+    mount_hand(spec, hand_length=hand_length, hand_breadth=hand_breadth, side=side)
     return spec
 
 
@@ -142,9 +131,10 @@ def attach_hand(
     hand_length, hand_breadth, side
         As in `build_hand`.
     """
+    set_physics(scene)
     scene.worldbody.add_body(name="forearm_target", pos=pos, quat=quat, mocap=True)
-    forearm = _add_hand(scene, hand_length, hand_breadth, side)
-    forearm.pos, forearm.quat = pos, quat
+    size = {"hand_length": hand_length, "hand_breadth": hand_breadth}
+    forearm = mount_hand(scene, "world", pos, quat, side=side, **size)
     forearm.add_freejoint(name="forearm")
     scene.add_equality(
         name="forearm_weld",
@@ -218,74 +208,57 @@ class HandModel:
         return self.data.site_xpos[self.pad_site], normals
 
 
-def torque_limits(geometry: HandGeometry) -> Array:
-    """Return the torque at which each joint can push its fingertip with `FINGERTIP_FORCE`.
+def mount_hand(
+    scene: mujoco.MjSpec,
+    body: str = "world",
+    pos: npt.ArrayLike = (0.0, 0.0, 0.0),
+    quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    *,
+    hand_length: float = HAND_LENGTH,
+    hand_breadth: float = HAND_BREADTH,
+    side: Side = "right",
+) -> mujoco.MjsBody:
+    """Add the hand to a scene, its forearm fixed to a body: the world or the end of an arm.
 
-    Lever: from the joint to the fingertip of the straight finger. The arch carries two fingers at
-    up to a hand breadth from its axis, the wrist four at the middle finger's PIP joint.
+    Parameters
+    ----------
+    scene
+        Changed in place; its options are left alone (`set_physics` sets those that suit).
+    body
+        Name of the body that carries the forearm.
+    pos, quat
+        Pose of the forearm in that body: (3,) [m], (4,) w, x, y, z.
+    hand_length, hand_breadth, side
+        As in `build_hand`.
 
     Returns
     -------
-    (22,) [N m]
+    The forearm, to which joints may be added.
+
+    Raises
+    ------
+    InputError
+        If the size is outside what can be built.
+    UnknownNameError
+        If ``side`` is neither, or the scene has no such body.
     """
-    levers = []
-    for joint in JOINTS:
-        if joint.name == "palm_arch":
-            lever = 2 * geometry.hand_breadth
-        elif joint.finger is None:
-            lever = 4 * (geometry.mcp("middle")[0] + LENGTHS["middle"][0] * geometry.hand_length)
-        else:
-            distal = LENGTHS[joint.finger][_segment_of(joint) :]
-            lever = sum(distal) * geometry.hand_length
-            if joint.motion == "abduction" and joint.finger != "thumb":
-                lever *= SPREADING_STRENGTH
-        levers.append(lever)
-    return FINGERTIP_FORCE * np.array(levers)
-
-
-def _segment_of(joint: Joint) -> int:
-    """Which of its finger's three segments the joint moves first."""
-    part = joint.name.rsplit("_", 1)[1]
-    if joint.finger == "thumb":
-        return {"mcp": 1, "ip": 2}.get(part, 0)
-    return {"pip": 1, "dip": 2}.get(part, 0)
-
-
-def _body_of(joint: Joint) -> str:
-    if joint.finger is not None:
-        return segment_names(joint.finger)[_segment_of(joint)]
-    return "palm_ulnar" if joint.name == "palm_arch" else "palm"
-
-
-def _axis_of(joint: Joint, geometry: HandGeometry) -> Array:
-    """Axis of a joint of the right hand in the zero posture of its own body, (3,)."""
-    if joint.name == "palm_arch":
-        return geometry.arch_axis
-    if joint.finger == "thumb" and joint.motion != "flexion":
-        axes = geometry.link("thumb_metacarpal").axes
-        turning = np.array([-1.0, 0.0, 0.0])  # from radial to palmar
-        opening = np.cross(-turning, axes[:, 0])
-        axis = turning if joint.motion == "rotation" else opening / np.linalg.norm(opening)
-        return axes.T @ axis
-    if joint.motion == "flexion":
-        return np.array([0.0, 1.0, 0.0])
-    return np.array([0.0, 0.0, -1.0 if joint.finger in ("ring", "little") else 1.0])
-
-
-def _add_hand(
-    spec: mujoco.MjSpec, hand_length: float, hand_breadth: float, side: Side
-) -> mujoco.MjsBody:
     if side not in SIDES:
         raise UnknownNameError("side", side, SIDES)
+    carrier = scene.body(body)
+    if carrier is None:
+        raise UnknownNameError("body", body, tuple(other.name for other in scene.bodies))
     geometry = hand_geometry(hand_length, hand_breadth)
-    set_physics(spec)
-    _add_defaults(spec)
-    forearm = _add_bodies(spec, geometry, mirror=1.0 if side == "right" else -1.0)
-    _add_actuators(spec, geometry)
-    _add_sensors(spec)
+    mirror = 1.0 if side == "right" else -1.0
+    _add_defaults(scene)
+    bodies = add_bodies(scene, carrier, geometry, mirror)
+    bodies["forearm"].pos, bodies["forearm"].quat = pos, quat
+    add_ellipsoids(scene, bodies, geometry, mirror)
+    add_fingertips(scene, bodies, geometry)
+    add_actuators(scene, geometry)
+    add_sensors(scene)
     for first, second in PASSING_PAIRS:
-        spec.add_exclude(name=f"{first}-{second}", bodyname1=first, bodyname2=second)
-    return forearm
+        scene.add_exclude(name=f"{first}-{second}", bodyname1=first, bodyname2=second)
+    return bodies["forearm"]
 
 
 def _add_defaults(spec: mujoco.MjSpec) -> None:
@@ -293,7 +266,7 @@ def _add_defaults(spec: mujoco.MjSpec) -> None:
     geom = hand.geom
     geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
     geom.material = "skin"
-    geom.density = 1100.0
+    geom.density = DENSITY
     geom.priority = 1
     geom.condim = 4  # an ellipsoid touches in one point: without torsion, things would spin
     geom.friction = FRICTION
@@ -301,157 +274,41 @@ def _add_defaults(spec: mujoco.MjSpec) -> None:
     hand.joint.type = mujoco.mjtJoint.mjJNT_HINGE
     hand.joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     hand.joint.damping = [JOINT_DAMPING, 0, 0]
-    hand.joint.armature = ARMATURE["finger"]
     hand.site.group = 4
     hand.site.size = [0.002, 0.002, 0.002]
-    for name in ("proximal", "wrist"):
-        spec.add_default(f"hand_{name}", hand).joint.armature = ARMATURE[name]
-    nail = spec.add_default("hand_nail", hand).geom
-    nail.contype = nail.conaffinity = 0
-    nail.density = 0.0
-    nail.material = "nail"
+    for name, armature in ARMATURE.items():
+        spec.add_default(f"hand_{name}", hand).joint.armature = armature
+    looks = spec.add_default("hand_looks", hand)
+    looks.geom.contype = looks.geom.conaffinity = 0
+    looks.geom.density = 0.0
+    spec.add_default("hand_nail", looks).geom.material = "nail"
     spec.add_material(name="skin", rgba=[0.86, 0.66, 0.55, 1], specular=0.2, shininess=0.2)
-    spec.add_material(name="nail", rgba=[0.94, 0.80, 0.74, 1], specular=0.5, shininess=0.5)
+    spec.add_material(name="nail", rgba=[0.95, 0.78, 0.72, 1], specular=0.5, shininess=0.5)
 
 
-def _add_bodies(spec: mujoco.MjSpec, geometry: HandGeometry, mirror: float) -> mujoco.MjsBody:
-    hand, nails = spec.find_default("hand"), spec.find_default("hand_nail")
-    forearm = spec.worldbody.add_body(name="forearm", gravcomp=1.0, childclass="hand")
-    length, breadth = geometry.hand_length, geometry.hand_breadth
-    forearm.add_geom(
-        hand,
-        name="forearm_geom",
-        pos=[-0.36 * length, 0.0, -0.03 * breadth],
-        size=[0.5 * length, 0.37 * breadth, 0.28 * breadth],
-    )
-    bodies = {"forearm": forearm}
-    flip = np.array([1.0, mirror, 1.0])
-    for link in geometry.links:
-        body = bodies[link.parent].add_body(
-            name=link.name,
-            pos=flip * link.origin,
-            quat=_quaternion(flip[:, None] * link.axes * flip),
-            gravcomp=1.0,
-        )
-        bodies[link.name] = body
-        for joint in JOINTS_BY_BODY.get(link.name, ()):
-            name = "wrist" if joint.name.startswith("wrist") else "proximal"
-            small = joint.finger is not None and _segment_of(joint) > 0
-            body.add_joint(
-                hand if small else spec.find_default(f"hand_{name}"),
-                name=joint.name,
-                axis=mirror * flip * _axis_of(joint, geometry),
-                range=np.deg2rad([joint.lower_deg, joint.upper_deg]),
-            )
-    for ellipsoid in geometry.ellipsoids:
-        body = bodies[ellipsoid.body]
-        centre, direction = flip * ellipsoid.centre, flip * ellipsoid.direction
-        turn = np.arctan2(direction[1], direction[0]) / 2
-        body.add_geom(
-            hand,
-            name=f"{ellipsoid.name}_geom",
-            pos=centre,
-            quat=[np.cos(turn), 0, 0, np.sin(turn)],
-            size=ellipsoid.semi_axes,
-        )
-    for finger in FINGERS:
-        name = segment_names(finger)[2]
-        _add_fingertip(bodies[name], finger, geometry.ellipsoid(name), hand, nails)
-    palm = geometry.ellipsoid("palm_centre")
-    bodies["palm"].add_site(
-        hand, name="palm_centre", pos=flip * (palm.centre - [0, 0, palm.semi_axes[2]])
-    )
-    return forearm
+def add_keyframes(spec: mujoco.MjSpec, postures: Mapping[str, Array]) -> None:
+    """Add postures, (22,) [rad] each, as keyframes to a hand that stands alone.
 
-
-def _add_fingertip(
-    body: mujoco.MjsBody,
-    finger: str,
-    shape: Ellipsoid,
-    hand: mujoco.MjsDefault,
-    nails: mujoco.MjsDefault,
-) -> None:
-    middle, (along, across, thick) = shape.centre[0], shape.semi_axes
-    body.add_site(hand, name=f"{finger}_tip", pos=[middle + along, 0, 0])
-    body.add_site(hand, name=f"{finger}_pad", pos=[middle, 0, -thick])
-    body.add_site(
-        hand,
-        name=f"{finger}_touch",
-        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-        pos=shape.centre,
-        size=1.1 * shape.semi_axes,
-    )
-    body.add_geom(
-        nails,
-        name=f"{finger}_nail",
-        pos=[middle + 0.35 * along, 0, 0.62 * thick],
-        quat=[np.cos(0.15), 0, np.sin(0.15), 0],
-        size=[0.45 * along, 0.62 * across, 0.28 * thick],
-    )
-
-
-def _add_actuators(spec: mujoco.MjSpec, geometry: HandGeometry) -> None:
-    for joint, limit in zip(JOINTS, torque_limits(geometry), strict=True):
-        actuator = spec.add_actuator(
-            name=joint.name,
-            target=joint.name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            ctrlrange=np.deg2rad([joint.lower_deg, joint.upper_deg]),
-            forcerange=[-limit, limit],
-        )
-        actuator.set_to_position(kp=limit / SATURATION, dampratio=DAMPING_RATIO)
-
-
-def _add_sensors(spec: mujoco.MjSpec) -> None:
-    joint, actuator = mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_ACTUATOR
-    for suffix, kind, of in (
-        ("position", mujoco.mjtSensor.mjSENS_JOINTPOS, joint),
-        ("velocity", mujoco.mjtSensor.mjSENS_JOINTVEL, joint),
-        ("force", mujoco.mjtSensor.mjSENS_ACTUATORFRC, actuator),
-    ):
-        for name in JOINT_NAMES:
-            spec.add_sensor(name=f"{name}_{suffix}", type=kind, objtype=of, objname=name)
-    for finger in FINGERS:
-        spec.add_sensor(
-            name=f"{finger}_touch",
-            type=mujoco.mjtSensor.mjSENS_TOUCH,
-            objtype=mujoco.mjtObj.mjOBJ_SITE,
-            objname=f"{finger}_touch",
-        )
-
-
-def _quaternion(rotation: Array) -> Array:
-    quat = np.empty(4)
-    mujoco.mju_mat2Quat(quat, rotation.ravel())
-    return quat
-
-
-def _joints_by_body() -> dict[str, tuple[Joint, ...]]:
-    """Joints of each body, the proximal one first: flexion, then spreading; rotation first."""
-    order = {"rotation": 0, "flexion": 1, "arch": 1, "deviation": 2, "abduction": 2}
-    names = dict.fromkeys(_body_of(joint) for joint in JOINTS)
-    return {
-        name: tuple(
-            sorted((j for j in JOINTS if _body_of(j) == name), key=lambda j: order[j.motion])
-        )
-        for name in names
-    }
-
-
-JOINTS_BY_BODY = MappingProxyType(_joints_by_body())
+    Their joint positions and the actuators' targets are the posture.
+    """
+    order = [JOINT_INDEX[joint.name] for joint in spec.joints]
+    for name, q in postures.items():
+        spec.add_key(name=name, qpos=q[order], ctrl=q)
 
 
 def write_hand(
     folder: Path,
     hand_length: float = HAND_LENGTH,
     hand_breadth: float = HAND_BREADTH,
-    sides: tuple[Side, ...] = SIDES,
-) -> list[Path]:
-    """Write ``right_hand.xml`` and ``left_hand.xml``; plain MuJoCo loads them.
+    side: Side = "right",
+) -> Path:
+    """Write ``right_hand.xml`` or ``left_hand.xml``, with `POSTURES` as keyframes.
+
+    Plain MuJoCo loads it.
 
     Returns
     -------
-    The files written.
+    The file written.
 
     Raises
     ------
@@ -460,19 +317,19 @@ def write_hand(
     FileError
         If the folder does not exist or cannot be written.
     """
-    written = []
-    for side in sides:
-        spec = build_hand(hand_length, hand_breadth, side)
-        spec.compile()
-        path = Path(folder) / f"{side}_hand.xml"
-        write_text(path, spec.to_xml())
-        written.append(path)
-    return written
+    spec = build_hand(hand_length, hand_breadth, side)
+    add_keyframes(spec, POSTURES)
+    spec.compile()
+    path = Path(folder) / f"{side}_hand.xml"
+    write_text(path, spec.to_xml())
+    return path
 
 
 def main() -> None:
-    """Regenerate the model folder given as the only argument."""
-    write_hand(Path(sys.argv[1]))
+    """Regenerate the models in the folder given as the only argument."""
+    folder = Path(sys.argv[1])
+    for side in SIDES:
+        write_hand(folder, side=side)
 
 
 if __name__ == "__main__":
