@@ -1,0 +1,340 @@
+"""The grasp controller: subspace, navigation function, and what was recorded."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.errors import FileError, InputError, UnknownNameError
+from handsim.files import read_archive, write_archive
+from handsim.joints import N_JOINTS, clip_to_range
+from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
+from handsim.learning.paths import FlowPath, arc_length, follow
+from handsim.learning.subspace import PostureSubspace
+from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
+from handsim.motion.recording import RecordingSet
+
+Array = npt.NDArray[np.float64]
+TimeLaw = Literal["natural", "gradient"]
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """What a recording leaves in the controller.
+
+    Attributes
+    ----------
+    name, task, object
+        As in the recording.
+    q_start, q_goal : (22,) [rad]
+        First and last posture recorded, whole.
+    z_start, z_goal : (n_components,) [rad]
+        The same in the subspace.
+    hand_length, hand_breadth : [m]
+    duration : [s]
+    """
+
+    name: str
+    task: str
+    object: str
+    q_start: Array
+    q_goal: Array
+    z_start: Array
+    z_goal: Array
+    hand_length: float
+    hand_breadth: float
+    duration: float
+
+
+class PostureSequence(NamedTuple):
+    """Postures over time, and whether they reach the destination.
+
+    Attributes
+    ----------
+    time : (n,) [s]
+    q : (n, 22) [rad], within the joint ranges
+    arrived
+        Whether the path comes within 4 deg of the destination.
+    reason
+        ``arrived``, ``stuck`` or ``too long``.
+    """
+
+    time: Array
+    q: Array
+    arrived: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class GraspController:
+    """Closed-loop controller of a hand in its principal subspace.
+
+    Attributes
+    ----------
+    subspace
+    navigation
+    demonstrations
+        One for each recording it was learned from.
+    method
+        Name of the learner.
+    certified
+        Whether it was learned with the descent condition as a constraint.
+    """
+
+    subspace: PostureSubspace
+    navigation: NavigationFunction
+    demonstrations: tuple[Demonstration, ...]
+    method: str = "direction"
+    certified: bool = False
+
+    def demonstration(self, name: str) -> Demonstration:
+        """Return the demonstration of a task or of a recording, by its name.
+
+        Raises
+        ------
+        UnknownNameError
+            If neither a recording nor a task has that name.
+        """
+        for demonstration in self.demonstrations:
+            if name in (demonstration.name, demonstration.task):
+                return demonstration
+        known = [d.task for d in self.demonstrations] + [d.name for d in self.demonstrations]
+        raise UnknownNameError("task", name, tuple(dict.fromkeys(known)))
+
+    def velocity(self, z: Array, z_goal: Array) -> Array:
+        """Return u = -grad phi (n,) at one point, Eq. (1) of the paper."""
+        return -self.navigation.value_and_gradient(z, z_goal)[1]
+
+    def direction(self, z: Array, z_goal: Array) -> Array:
+        """Return the unit vector (n,) of u at one point; it stays exact where phi is flat."""
+        return self.navigation.direction(z, z_goal)
+
+    def path(self, z_start: Array, z_goal: Array) -> FlowPath:
+        """Follow the flow from a start to a destination, both (n,) [rad].
+
+        Raises
+        ------
+        InputError
+            If the destination cannot be one (see `NavigationFunction.check_goal`).
+        """
+        goal = self.navigation.check_goal(z_goal)
+        start = np.asarray(z_start, dtype=float)
+        if start.shape != goal.shape or not np.isfinite(start).all():
+            raise InputError(f"start of shape {start.shape}; give {len(goal)} finite coordinates")
+
+        def directions(z: Array, z_goal: Array) -> Array:
+            return self.navigation.direction(z[0], z_goal[0])[None]
+
+        return follow(directions, start[None], goal[None])[0]
+
+    def timing(self, z_start: Array, z_goal: Array, duration: float) -> NaturalTiming:
+        """Return the natural time law of a closed loop that starts at ``z_start``."""
+        path = self.path(z_start, z_goal)
+        return NaturalTiming.along(
+            path.points, np.asarray(z_goal, dtype=float), duration, self.direction
+        )
+
+    def postures(
+        self,
+        q_start: Array,
+        q_goal: Array | None = None,
+        *,
+        z_goal: Array | None = None,
+        time_law: TimeLaw = "natural",
+        duration: float | None = None,
+        rate: float = 100.0,
+    ) -> PostureSequence:
+        """Integrate the controller from a posture to a destination and lift it to 22 joints.
+
+        Parameters
+        ----------
+        q_start : (22,) [rad]
+        q_goal : (22,) [rad], or z_goal : (n_components,) [rad]
+            The destination, whole or in the subspace.
+        time_law
+            ``natural``: bell-shaped speed; ``gradient``: u = -grad phi, the paper's, with its time
+            scaled as a whole. (phi falls by at most 1 along a path, which bounds the speeds
+            it can have; people's need a time scale of their own.)
+        duration : [s]
+            By default the median of the recordings.
+        rate : [Hz]
+
+        Raises
+        ------
+        InputError
+            If not exactly one destination is given, it cannot be one, or shapes, duration or
+            rate make no sense.
+        """
+        if (q_goal is None) == (z_goal is None):
+            raise InputError("give one destination, as a posture or in the subspace")
+        for q in (q_start,) if q_goal is None else (q_start, q_goal):
+            if np.shape(q) != (N_JOINTS,):
+                raise InputError(f"posture of shape {np.shape(q)}; give {N_JOINTS} angles")
+        if not (np.isfinite(rate) and rate > 0):
+            raise InputError(f"rate {rate:g} Hz; give a positive number")
+        goal = self.subspace.transform(q_goal) if z_goal is None else np.asarray(z_goal, float)
+        path = self.path(self.subspace.transform(q_start), goal)
+        seconds = self.median_duration if duration is None else check_duration(duration)
+        if time_law == "natural":
+            time, z = _timed_naturally(path.points, seconds, rate)
+        elif time_law == "gradient":
+            time, z = self._timed_by_gradient(path, goal, seconds, rate)
+        else:
+            raise UnknownNameError("time law", time_law, ("natural", "gradient"))
+        q = clip_to_range(self.subspace.inverse_transform(z))
+        return PostureSequence(time, q, path.arrived, path.reason)
+
+    @property
+    def median_duration(self) -> float:
+        """Median duration of the recordings [s]."""
+        return float(np.median([d.duration for d in self.demonstrations]))
+
+    def _timed_by_gradient(
+        self, path: FlowPath, goal: Array, duration: float, rate: float
+    ) -> tuple[Array, Array]:
+        """Give a path the time it takes at the speed |grad phi|, dt = ds / |grad phi|.
+
+        The speed falls to zero at the destination, which is reached after infinite time: an
+        arriving path ends one step before it.
+        """
+        points = path.points[:-1] if path.arrived and len(path.points) > 2 else path.points
+        speed = np.linalg.norm(self.navigation.jets(points, goal, 1)[1], axis=1)
+        # A flat phi (far behind an obstacle) would take hours; its slowest tenth of speed is kept.
+        speed = np.maximum(speed, 1e-3 * speed.max())
+        slowness = 0.5 * (1.0 / speed[1:] + 1.0 / speed[:-1])
+        time = np.append(0.0, np.cumsum(np.diff(arc_length(points)) * slowness))
+        time *= duration / time[-1]
+        even = _frame_times(duration, rate)
+        return even, np.column_stack([np.interp(even, time, column) for column in points.T])
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of what the controller is: equal digests, equal behaviour."""
+        metadata, arrays = self._content()
+        whole = hashlib.sha256(json.dumps(metadata, sort_keys=True).encode())
+        for name in sorted(arrays):
+            whole.update(name.encode() + str(arrays[name].shape).encode())
+            whole.update(np.ascontiguousarray(arrays[name]).tobytes())
+        return whole.hexdigest()
+
+    def save(self, path: Path) -> None:
+        """Write the controller to an ``.npz`` without pickles."""
+        metadata, arrays = self._content()
+        write_archive(Path(path), "controller", SCHEMA, metadata, arrays)
+
+    @classmethod
+    def load(cls, path: Path) -> "GraspController":
+        """Read a controller.
+
+        Raises
+        ------
+        FileError
+            If the file is missing, damaged, of another kind or of a newer schema.
+        """
+        metadata, arrays = read_archive(Path(path), "controller", SCHEMA)
+        try:
+            return cls(
+                subspace=PostureSubspace.from_arrays(arrays),
+                navigation=_navigation_of(metadata, arrays),
+                demonstrations=_demonstrations_of(metadata, arrays),
+                method=str(metadata["method"]),
+                certified=bool(metadata["certified"]),
+            )
+        except (KeyError, ValueError, TypeError, IndexError) as error:
+            raise FileError(
+                f"{path}: not a whole controller ({type(error).__name__}: {error}); learn it again"
+            ) from error
+
+    def _content(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        obstacle = self.navigation.obstacle
+        exponential = isinstance(obstacle, ExponentialObstacle)
+        if exponential:
+            spline = obstacle.chi
+        elif isinstance(obstacle, SplineObstacle):
+            spline = obstacle.beta
+        else:
+            raise InputError(f"an obstacle of type {type(obstacle).__name__} cannot be saved")
+        records = [asdict(d) for d in self.demonstrations]
+        vectors = ("q_start", "q_goal", "z_start", "z_goal")
+        arrays = self.subspace.to_arrays()
+        arrays.update(
+            {name: np.array([record.pop(name) for record in records]) for name in vectors}
+        )
+        arrays.update({f"knots_{i}": knots for i, knots in enumerate(spline.basis.knots)})
+        arrays["coefficients"] = spline.coefficients
+        if exponential:
+            arrays["closing_width"] = obstacle.width
+        metadata = {
+            "obstacle": "exponential" if exponential else "spline",
+            "degree": spline.basis.degree,
+            "k": self.navigation.k,
+            "method": self.method,
+            "certified": self.certified,
+            "demonstrations": records,
+        }
+        return metadata, arrays
+
+
+def demonstrations_of(
+    recordings: RecordingSet, subspace: PostureSubspace
+) -> tuple[Demonstration, ...]:
+    """Return what is kept of recordings."""
+    return tuple(
+        Demonstration(
+            name=r.name,
+            task=r.task,
+            object=r.object,
+            q_start=r.q[0],
+            q_goal=r.q[-1],
+            z_start=subspace.transform(r.q[0]),
+            z_goal=subspace.transform(r.q[-1]),
+            hand_length=r.hand_length,
+            hand_breadth=r.hand_breadth,
+            duration=r.duration,
+        )
+        for r in recordings
+    )
+
+
+def _timed_naturally(points: Array, duration: float, rate: float) -> tuple[Array, Array]:
+    time = _frame_times(duration, rate)
+    length = arc_length(points)
+    covered = minimum_jerk(time, duration) * length[-1]
+    return time, np.column_stack([np.interp(covered, length, column) for column in points.T])
+
+
+def _frame_times(duration: float, rate: float) -> Array:
+    """Frames from 0 to the first at or after the duration."""
+    return np.arange(int(np.ceil(duration * rate - 1e-9)) + 1) / rate
+
+
+def _navigation_of(
+    metadata: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
+) -> NavigationFunction:
+    n = len(arrays["subspace_components"])
+    basis = TensorBasis(tuple(arrays[f"knots_{i}"] for i in range(n)), int(metadata["degree"]))
+    spline = TensorBSpline(basis, arrays["coefficients"])
+    if metadata["obstacle"] == "exponential":
+        obstacle = ExponentialObstacle(spline, arrays["closing_width"])
+    else:
+        obstacle = SplineObstacle(spline)
+    return NavigationFunction(obstacle, float(metadata["k"]))
+
+
+def _demonstrations_of(
+    metadata: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
+) -> tuple[Demonstration, ...]:
+    vectors = ("q_start", "q_goal", "z_start", "z_goal")
+    return tuple(
+        Demonstration(**record, **{name: arrays[name][i] for name in vectors})
+        for i, record in enumerate(metadata["demonstrations"])
+    )

@@ -1,0 +1,377 @@
+"""Learn an obstacle by matching the directions of recorded motion.
+
+With beta = beta_0 exp(k chi) the flow points along
+
+    w = grad chi + grad(ln beta_0) / k - grad(ln gamma_d),
+
+linear in the coefficients of chi. The learner minimises
+
+    mean over samples of 1 - cos(angle between w and the wanted direction)
+    + smoothness |second differences of the coefficients|^2 + ridge |coefficients|^2
+    + hinge      mean over the workspace of max(0, worst (z - z_goal) . w' - (2 - margin))^2
+
+with w' = grad chi + grad(ln beta_0)/k and the worst of the recorded destinations. The hinge is the
+condition under which the distance to the destination falls everywhere (see `certificate`).
+Samples are the tangents of the recordings; a corridor of displaced points that lead back to them,
+without which paths would not attract; and, in each refinement, points of the roll-outs of the
+fit so far, which lead to the recording a little ahead.
+
+The paper matches velocities instead (`pde_fit`); here the exponent and all speeds drop out.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+import numpy.typing as npt
+from scipy import optimize, sparse
+
+from handsim.errors import InputError
+from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
+from handsim.learning.paths import FlowPath, at_arc_length, follow, path_error
+from handsim.learning.workspace import KnotRule, lay_basis
+
+Array = npt.NDArray[np.float64]
+Progress = Callable[[float], None]
+
+_N_PER_PATH = 60  # samples along a recording, equally spaced in arc length
+_LAST_FRACTION = 0.97  # of the arc length: beyond, the direction to the destination is noise
+_CORRIDOR = np.deg2rad(15.0)  # farthest displaced sample
+_RETURN = 3.0 / np.deg2rad(100.0)  # pull back to the recording, per displacement
+_N_PER_SAMPLE = 4  # displaced samples for each sample
+_AHEAD = 0.1  # fraction of the recording by which a roll-out is led ahead
+_N_HINGE = 4000
+_PHI_START = 0.9  # greatest phi at a recorded start: fixes the free constant of chi
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Points and the directions in which the flow should point there.
+
+    Attributes
+    ----------
+    points, wanted, goals : (N, n)
+        Points [rad], unit vectors, destinations [rad].
+    """
+
+    points: Array
+    wanted: Array
+    goals: Array
+
+    def __add__(self, other: "Samples") -> "Samples":
+        """Return both sets of samples together."""
+        return Samples(
+            np.vstack([self.points, other.points]),
+            np.vstack([self.wanted, other.wanted]),
+            np.vstack([self.goals, other.goals]),
+        )
+
+
+@dataclass(frozen=True)
+class History:
+    """Convergence of a fit, one entry an iteration (the panels of the paper's Fig. 3).
+
+    Attributes
+    ----------
+    cost, gradient_norm, change : (n_iterations,)
+        Cost, norm of its gradient, norm of the change of the coefficients.
+    """
+
+    cost: Array
+    gradient_norm: Array
+    change: Array
+
+
+class DirectionLearner:
+    """Learner of navigation functions from paths, by their directions.
+
+    Parameters
+    ----------
+    shape
+        Coefficients per dimension; shared out by ``knot_rule`` where left out.
+    degree
+        Polynomial degree of the spline, 3 or more.
+    k
+        Exponent of the navigation function; it changes speeds and basins, not directions.
+    smoothness, ridge
+        Weights of the second differences and of the coefficients themselves.
+    hinge, margin
+        Weight of the descent condition and the distance kept from it.
+    n_refinements
+        Rounds of roll-outs after the first fit.
+    n_iterations
+        Iterations of L-BFGS in the first fit; refinements, warm-started, take fewer.
+    knot_rule
+        See `workspace.knot_counts`.
+    seed
+        Of the corridor and the points of the hinge.
+
+    Attributes
+    ----------
+    navigation_
+        The navigation function learned.
+    cost_start_, cost_end_
+        Cost before and after the first fit (refinements change the samples, so their costs do not
+        compare).
+    n_iterations_, seconds_, n_coefficients_
+    history_
+        `History` over all rounds.
+    """
+
+    navigation_: NavigationFunction
+    cost_start_: float
+    cost_end_: float
+    n_iterations_: int
+    seconds_: float
+    n_coefficients_: int
+    history_: History
+
+    def __init__(
+        self,
+        shape: tuple[int, ...] | None = None,
+        degree: int = 3,
+        k: float = 4.0,
+        smoothness: float = 1e-4,
+        ridge: float = 1e-5,
+        hinge: float = 100.0,
+        margin: float = 0.2,
+        n_refinements: int = 2,
+        n_iterations: int = 60,
+        knot_rule: KnotRule = "gentle",
+        seed: int = 0,
+    ) -> None:
+        self.shape = shape
+        self.degree = degree
+        self.k = k
+        self.smoothness = smoothness
+        self.ridge = ridge
+        self.hinge = hinge
+        self.margin = margin
+        self.n_refinements = n_refinements
+        self.n_iterations = n_iterations
+        self.knot_rule: KnotRule = knot_rule
+        self.seed = seed
+
+    def fit(self, paths: list[Array], progress: Progress | None = None) -> "DirectionLearner":
+        """Learn from recorded paths (n_i, n) in the subspace [rad], each ending at its destination.
+
+        Raises
+        ------
+        InputError
+            If there are no paths, they do not move along a dimension, or k is less than 2.
+        """
+        began = perf_counter()
+        if not paths:
+            raise InputError("0 paths to learn from; give at least 1")
+        rng = np.random.default_rng(self.seed)
+        basis, width = lay_basis(paths, self.shape, self.degree, self.knot_rule)
+        problem = _Problem(self, basis, width, np.array([path[-1] for path in paths]), rng)
+        samples = recorded_samples(paths, rng)
+        log: list[tuple[float, float, float]] = []
+        c, cost_start, cost_end = problem.solve(
+            np.zeros(basis.n_coefficients), samples, self.n_iterations, log
+        )
+        best = self._rolled_out(problem, c, paths)
+        latest = best
+        for i in range(self.n_refinements):
+            if progress:
+                progress((i + 1) / (self.n_refinements + 1))
+            samples += rolled_out_samples(latest.rollouts, paths)
+            c, _, _ = problem.solve(latest.coefficients, samples, self.n_iterations // 2, log)
+            latest = self._rolled_out(problem, c, paths)
+            best = max(best, latest, key=lambda candidate: candidate.merit)
+        self.navigation_ = NavigationFunction(problem.obstacle(best.coefficients, paths), self.k)
+        self.cost_start_, self.cost_end_ = cost_start, cost_end
+        self.n_iterations_ = len(log)
+        self.n_coefficients_ = basis.n_coefficients
+        self.history_ = History(*(np.array(column) for column in zip(*log, strict=True)))
+        self.seconds_ = perf_counter() - began
+        if progress:
+            progress(1.0)
+        return self
+
+    def _rolled_out(self, problem: "_Problem", c: Array, paths: list[Array]) -> "_Candidate":
+        navigation = NavigationFunction(problem.obstacle(c, paths), self.k)
+        starts = np.array([path[0] for path in paths])
+        rollouts = follow(navigation.directions, starts, problem.goals)
+        return _Candidate(c, rollouts, paths)
+
+
+class _Candidate:
+    """Coefficients and where their flow leads; more arrivals are better, then less error."""
+
+    def __init__(self, coefficients: Array, rollouts: list[FlowPath], paths: list[Array]) -> None:
+        self.coefficients = coefficients
+        self.rollouts = rollouts
+        errors = [path_error(r.points, p) for r, p in zip(rollouts, paths, strict=True)]
+        self.merit = (sum(r.arrived for r in rollouts), -float(np.mean(errors)))
+
+
+class _Problem:
+    """The cost as a function of the coefficients."""
+
+    def __init__(
+        self,
+        learner: DirectionLearner,
+        basis: TensorBasis,
+        width: Array,
+        goals: Array,
+        rng: np.random.Generator,
+    ) -> None:
+        self.basis, self.width, self.goals, self.k = basis, width, goals, learner.k
+        self.hinge, self.limit = learner.hinge, 2.0 - learner.margin
+        self.penalty = learner.smoothness * second_differences(basis.shape)
+        self.penalty += learner.ridge * sparse.eye_array(basis.n_coefficients)
+        self.flat = ExponentialObstacle(TensorBSpline(basis, np.zeros(basis.shape)), width)
+        self.hinge_points = rng.uniform(basis.lower, basis.upper, (_N_HINGE, len(width)))
+        self.hinge_design = _stacked(basis, self.hinge_points)
+        self.hinge_closure = self.flat.closure(self.hinge_points)[1] / self.k
+
+    def obstacle(self, c: Array, paths: list[Array]) -> ExponentialObstacle:
+        """The obstacle of coefficients, chi's free constant set so that phi <= 0.9 at all starts.
+
+        phi = 0.9 where chi - ln gamma_d = ln(0.9**-k - 1) / k. The splines sum to one, so
+        a constant added to all coefficients is added to chi.
+        """
+        starts = np.array([path[0] for path in paths])
+        chi = TensorBSpline(self.basis, c).jets(starts, 0)[0]
+        ln_gamma = np.log(np.sum((starts - self.goals) ** 2, axis=1))
+        shift = np.log(_PHI_START**-self.k - 1.0) / self.k - np.min(chi - ln_gamma)
+        return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.width)
+
+    def solve(
+        self, c: Array, samples: Samples, n_iterations: int, log: list[tuple[float, float, float]]
+    ) -> tuple[Array, float, float]:
+        """Minimise from ``c`` on; returns coefficients and the costs before and after."""
+        design = _stacked(self.basis, samples.points)
+        transposed, hinge_transposed = design.T.tocsr(), self.hinge_design.T.tocsr()
+        away = samples.points - samples.goals
+        fixed = -2.0 * away / np.sum(away**2, axis=1, keepdims=True)
+        fixed += self.flat.closure(samples.points)[1] / self.k
+        n = self.goals.shape[1]
+
+        def cost(c: Array) -> tuple[float, Array]:
+            flow = (design @ c).reshape(n, -1).T + fixed
+            length = np.linalg.norm(flow, axis=1, keepdims=True)
+            unit = flow / length
+            cosine = np.sum(unit * samples.wanted, axis=1, keepdims=True)
+            slope = (cosine * unit - samples.wanted) / (length * len(unit))
+            hinge, hinge_slope = self._hinge(c)
+            penalty = self.penalty @ c
+            value = float(np.mean(1.0 - cosine)) + hinge + float(c @ penalty)
+            gradient = transposed @ slope.T.ravel() + hinge_transposed @ hinge_slope
+            return value, gradient + 2.0 * penalty
+
+        recorder = _Recorder(cost, c, log)
+        start = cost(c)[0]
+        found = optimize.minimize(
+            recorder.cost,
+            c,
+            jac=True,
+            method="L-BFGS-B",
+            callback=recorder.after_iteration,
+            options={"maxiter": n_iterations, "maxcor": 20, "ftol": 1e-8, "gtol": 1e-9},
+        )
+        return found.x, start, float(found.fun)
+
+    def _hinge(self, c: Array) -> tuple[float, Array]:
+        """Value of the descent hinge and its slope by the stacked gradients of chi."""
+        grad = (self.hinge_design @ c).reshape(self.goals.shape[1], -1).T + self.hinge_closure
+        towards = grad @ self.goals.T
+        worst = np.argmin(towards, axis=1)
+        excess = np.sum(self.hinge_points * grad, axis=1) - towards[np.arange(len(grad)), worst]
+        excess = np.maximum(excess - self.limit, 0.0)
+        slope = (2.0 * self.hinge / len(grad)) * excess[:, None]
+        slope = slope * (self.hinge_points - self.goals[worst])
+        return self.hinge * float(np.mean(excess**2)), slope.T.ravel()
+
+
+class _Recorder:
+    """Hands the cost on and notes one line an iteration."""
+
+    def __init__(
+        self,
+        cost: Callable[[Array], tuple[float, Array]],
+        c: Array,
+        log: list[tuple[float, float, float]],
+    ) -> None:
+        self._cost, self._previous, self._log = cost, c.copy(), log
+        self._latest = (c.copy(), np.inf, np.inf)
+
+    def cost(self, c: Array) -> tuple[float, Array]:
+        value, gradient = self._cost(c)
+        self._latest = (c.copy(), value, float(np.linalg.norm(gradient)))
+        return value, gradient
+
+    def after_iteration(self, c: Array) -> None:
+        _, value, norm = self._latest  # L-BFGS accepts the point it evaluated last
+        self._log.append((value, norm, float(np.linalg.norm(c - self._previous))))
+        self._previous = c.copy()
+
+
+def recorded_samples(paths: list[Array], rng: np.random.Generator) -> Samples:
+    """Return the tangents of the recordings and a corridor of points that lead back to them."""
+    fractions = np.linspace(0.0, 1.0, _N_PER_PATH)
+    use = fractions <= _LAST_FRACTION
+    points, wanted, goals = [], [], []
+    for path in paths:
+        even = at_arc_length(path, fractions)
+        tangent = _unit(np.gradient(even, axis=0))[use]
+        even = even[use]
+        goal = np.broadcast_to(path[-1], even.shape)
+        points.append(even)
+        wanted.append(tangent)
+        goals.append(goal)
+        if path.shape[1] == 1:  # on a line there is no side to be displaced to
+            continue
+        for _ in range(_N_PER_SAMPLE):
+            normal = rng.normal(size=even.shape)
+            normal = _unit(normal - np.sum(normal * tangent, axis=1, keepdims=True) * tangent)
+            aside = normal * rng.uniform(0.0, _CORRIDOR, (len(even), 1))
+            points.append(even + aside)
+            wanted.append(_unit(tangent - _RETURN * aside))
+            goals.append(goal)
+    return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
+
+
+def rolled_out_samples(rollouts: list[FlowPath], paths: list[Array]) -> Samples:
+    """Return points of roll-outs, led to the recording a tenth of its length ahead."""
+    fractions = np.linspace(0.0, 1.0, _N_PER_PATH)
+    fractions = fractions[fractions <= _LAST_FRACTION]
+    points, wanted, goals = [], [], []
+    for rollout, path in zip(rollouts, paths, strict=True):
+        here = at_arc_length(rollout.points, fractions)
+        ahead = at_arc_length(path, np.minimum(fractions + _AHEAD, 1.0)) - here
+        # Nearer than this the direction ahead is noise.
+        use = np.linalg.norm(ahead, axis=1) > np.deg2rad(3.0)
+        points.append(here[use])
+        wanted.append(_unit(ahead[use]))
+        goals.append(np.broadcast_to(path[-1], here[use].shape))
+    return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
+
+
+def second_differences(shape: tuple[int, ...]) -> sparse.csr_array:
+    """Return the matrix of the sum of squared second differences along every dimension.
+
+    The P-spline penalty of Eilers and Marx (1996), Stat. Sci. 11(2):89-121.
+    """
+    total = sparse.csr_array((int(np.prod(shape)),) * 2)
+    for axis, m in enumerate(shape):
+        second = sparse.csr_array(np.diff(np.eye(m), n=2, axis=0))
+        before = sparse.eye_array(int(np.prod(shape[:axis])))
+        after = sparse.eye_array(int(np.prod(shape[axis + 1 :])))
+        full = sparse.kron(sparse.kron(before, second), after).tocsr()
+        total = total + full.T @ full
+    return sparse.csr_array(total)
+
+
+def _stacked(basis: TensorBasis, points: Array) -> sparse.csr_array:
+    """All partial derivatives at points, one dimension below the other."""
+    return sparse.csr_array(sparse.vstack(basis.gradient_designs(points), format="csr"))
+
+
+def _unit(vectors: Array) -> Array:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)

@@ -1,0 +1,286 @@
+"""Navigation functions over the subspace, Eq. (2) of the paper, and their obstacles.
+
+phi(z, z_goal) = gamma_d / (gamma_d^k + beta)^(1/k),  gamma_d = |z - z_goal|^2,  u = -grad phi.
+
+Two obstacles: `ExponentialObstacle`, beta = beta_0 exp(k chi) with chi a spline, positive in the
+whole workspace and zero on its boundary by construction (Eqs. 4 and 5); and `SplineObstacle`, where
+beta itself is a spline, as in the paper. Both hand out ln beta, because phi spans many decades
+in beta and gamma_d^k.
+
+With ln beta the flow -grad phi points along v = gamma_d grad(ln beta)/k - grad gamma_d.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import exp, log
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.errors import InputError
+from handsim.learning.bspline import TensorBSpline
+
+Array = npt.NDArray[np.float64]
+
+_TINY_DEPTH = 1e-12  # depth in the closing layer, as a fraction of its width, taken as its boundary
+_TINY_BETA = 1e-12  # least beta whose logarithm is taken; below lies the obstacle
+
+
+class Obstacle(Protocol):
+    """What a navigation function needs of beta."""
+
+    @property
+    def lower(self) -> Array:
+        """Lower corner of the workspace, (n,) [rad]."""
+        ...
+
+    @property
+    def upper(self) -> Array:
+        """Upper corner of the workspace, (n,) [rad]."""
+        ...
+
+    def log_jet(self, z: Array, k: float) -> tuple[float, Array]:
+        """Return ln beta and its gradient (n,) at one point (n,)."""
+        ...
+
+    def log_jets(self, z: Array, k: float, order: int) -> tuple[Array, Array, Array]:
+        """Return ln beta (N,), its gradients (N, n) and Hessians (N, n, n) at points (N, n)."""
+        ...
+
+
+@dataclass(frozen=True)
+class ExponentialObstacle:
+    """beta = beta_0 exp(k chi), positive inside the workspace and zero on its boundary.
+
+    beta_0 is the outer boundary as obstacle number zero (Koditschek and Rimon 1990): the product
+    over the faces of the box of b(t) = 1 - (1 - t)^3, with t the distance from the face as
+    a fraction of ``width``, and 1 beyond. It is C^2 inside and has a slope on the boundary, so
+    that the flow points inwards there.
+
+    Parameters
+    ----------
+    chi
+        Spline over the workspace, the box of its domain.
+    width : (n,) [rad]
+        Thickness of the closing layer along each dimension.
+    """
+
+    chi: TensorBSpline
+    width: Array
+
+    @property
+    def lower(self) -> Array:
+        """Lower corner of the workspace, (n,) [rad]."""
+        return self.chi.basis.lower
+
+    @property
+    def upper(self) -> Array:
+        """Upper corner of the workspace, (n,) [rad]."""
+        return self.chi.basis.upper
+
+    @cached_property
+    def _faces(self) -> list[tuple[float, float, float]]:
+        faces = zip(self.lower, self.upper, self.width, strict=True)
+        return [(float(low), float(high), float(width)) for low, high, width in faces]
+
+    def log_jet(self, z: Array, k: float) -> tuple[float, Array]:
+        """Return ln beta and its gradient (n,) at one point (n,)."""
+        chi, grad_chi, _ = self.chi.jet(z, 1)
+        ln_beta, grad = k * chi, k * grad_chi
+        for i, (low, high, width) in enumerate(self._faces):
+            for distance, inward in ((z[i] - low, 1.0), (high - z[i], -1.0)):
+                if distance < width:
+                    t = max(distance / width, _TINY_DEPTH)
+                    b = t * (3 - 3 * t + t * t)
+                    ln_beta += log(b)
+                    grad[i] += inward * 3 * (1 - t) ** 2 / (b * width)
+        return ln_beta, grad
+
+    def log_jets(self, z: Array, k: float, order: int) -> tuple[Array, Array, Array]:
+        """Return ln beta (N,), its gradients (N, n) and Hessians (N, n, n) at points (N, n)."""
+        value, grad, hess = (k * part for part in self.chi.jets(z, order))
+        closure, closure_grad, closure_hess = self.closure(z)
+        value += closure
+        if order >= 1:
+            grad += closure_grad
+        if order >= 2:
+            diagonal = np.arange(z.shape[1])
+            hess[:, diagonal, diagonal] += closure_hess
+        return value, grad, hess
+
+    def closure(self, z: Array) -> tuple[Array, Array, Array]:
+        """Return ln beta_0 (N,), its gradients (N, n) and the diagonals of its Hessians (N, n)."""
+        value, grad, hess = np.zeros(len(z)), np.zeros_like(z), np.zeros_like(z)
+        for distance, inward in ((z - self.lower, 1.0), (self.upper - z, -1.0)):
+            t = np.clip(distance / self.width, _TINY_DEPTH, 1.0)
+            b = t * (3 - 3 * t + t * t)  # 1 - (1 - t)^3 without cancellation at the boundary
+            slope = 3 * (1 - t) ** 2 / b
+            value += np.log(b).sum(axis=1)
+            grad += inward * slope / self.width
+            hess += (-6 * (1 - t) / b - slope**2) / self.width**2
+        return value, grad, hess
+
+
+@dataclass(frozen=True)
+class SplineObstacle:
+    """beta as a spline itself, Eq. (9) of the paper; nothing keeps it positive.
+
+    Where it is not, ln beta is taken at 1e-12, so that phi is 1 and the flow climbs beta.
+    """
+
+    beta: TensorBSpline
+
+    @property
+    def lower(self) -> Array:
+        """Lower corner of the workspace, (n,) [rad]."""
+        return self.beta.basis.lower
+
+    @property
+    def upper(self) -> Array:
+        """Upper corner of the workspace, (n,) [rad]."""
+        return self.beta.basis.upper
+
+    def log_jet(self, z: Array, k: float) -> tuple[float, Array]:
+        """Return ln beta and its gradient (n,) at one point (n,)."""
+        beta, grad, _ = self.beta.jet(z, 1)
+        beta = max(beta, _TINY_BETA)
+        return log(beta), grad / beta
+
+    def log_jets(self, z: Array, k: float, order: int) -> tuple[Array, Array, Array]:
+        """Return ln beta (N,), its gradients (N, n) and Hessians (N, n, n) at points (N, n)."""
+        beta, grad, hess = self.beta.jets(z, order)
+        beta = np.maximum(beta, _TINY_BETA)
+        if order >= 1:
+            grad = grad / beta[:, None]
+        if order >= 2:
+            hess = hess / beta[:, None, None] - grad[:, :, None] * grad[:, None, :]
+        return np.log(beta), grad, hess
+
+
+@dataclass(frozen=True)
+class NavigationFunction:
+    """phi of Eq. (2) for an obstacle and an exponent.
+
+    Parameters
+    ----------
+    obstacle
+    k
+        Exponent, at least 2 (the paper: a natural number but 0 and 1).
+
+    Raises
+    ------
+    InputError
+        If k is less than 2.
+    """
+
+    obstacle: Obstacle
+    k: float
+
+    def __post_init__(self) -> None:
+        """Check the exponent."""
+        if not (np.isfinite(self.k) and self.k >= 2):
+            raise InputError(f"k = {self.k:g}; give 2 or more")
+
+    @property
+    def n_dimensions(self) -> int:
+        """Dimension of the subspace."""
+        return len(self.obstacle.lower)
+
+    def check_goal(self, z_goal: Array) -> Array:
+        """Return a destination as an array, if the navigation function can lead there.
+
+        Raises
+        ------
+        InputError
+            If it has the wrong size, lies outside the workspace or where beta is not positive.
+        """
+        goal = np.asarray(z_goal, dtype=float)
+        if goal.shape != (self.n_dimensions,) or not np.isfinite(goal).all():
+            raise InputError(
+                f"destination of shape {goal.shape}; give {self.n_dimensions} finite coordinates"
+            )
+        low, high = self.obstacle.lower, self.obstacle.upper
+        outside = np.flatnonzero((goal <= low) | (goal >= high))
+        if outside.size:
+            i = int(outside[0])
+            raise InputError(
+                f"destination {np.rad2deg(goal[i]):.1f} deg in component {i + 1} is outside the "
+                f"workspace of {np.rad2deg(low[i]):.1f} to {np.rad2deg(high[i]):.1f} deg; choose a "
+                "posture nearer to the recorded ones"
+            )
+        if self.obstacle.log_jet(goal, self.k)[0] <= log(_TINY_BETA) + 1e-9:
+            raise InputError(
+                "the obstacle function is not positive at the destination; choose a posture "
+                "nearer to the recorded ones"
+            )
+        return goal
+
+    def value_and_gradient(self, z: Array, z_goal: Array) -> tuple[float, Array]:
+        """Return phi and grad phi (n,) [1/rad] at one point (n,)."""
+        away = z - z_goal
+        gamma = float(away @ away)
+        ln_beta, grad_ln = self.obstacle.log_jet(z, self.k)
+        ln_power = self.k * log(gamma) if gamma > 0.0 else -np.inf
+        larger, smaller = max(ln_beta, ln_power), min(ln_beta, ln_power)
+        ln_sum = larger + log(1.0 + exp(smaller - larger))
+        inverse_root = exp(-ln_sum / self.k)  # (gamma^k + beta)^(-1/k)
+        share = exp(ln_beta - ln_sum)  # beta / (gamma^k + beta)
+        gradient = (inverse_root * share) * (2.0 * away - (gamma / self.k) * grad_ln)
+        return gamma * inverse_root, gradient
+
+    def direction(self, z: Array, z_goal: Array) -> Array:
+        """Return the unit vector (n,) of the flow -grad phi at one point; 0 at a critical point.
+
+        Outside the workspace the obstacle of its nearest point is taken.
+        """
+        away = z - z_goal
+        grad_ln = self.obstacle.log_jet(z, self.k)[1]
+        flow = (float(away @ away) / self.k) * grad_ln - 2.0 * away
+        length = float(flow @ flow) ** 0.5
+        return flow / length if length > 0.0 else flow
+
+    def directions(self, z: Array, z_goal: Array) -> Array:
+        """Return unit vectors of the flow (N, n) at points (N, n), goals (n,) or (N, n)."""
+        away = z - z_goal
+        _, grad_ln, _ = self.obstacle.log_jets(z, self.k, 1)
+        flow = (np.sum(away**2, axis=1) / self.k)[:, None] * grad_ln - 2.0 * away
+        length = np.linalg.norm(flow, axis=1, keepdims=True)
+        return flow / np.where(length > 0.0, length, 1.0)
+
+    def jets(self, z: Array, z_goal: Array, order: int = 1) -> tuple[Array, Array, Array]:
+        """Return phi (N,), grad phi (N, n) [1/rad] and its Hessians (N, n, n) [1/rad^2].
+
+        Derivatives above ``order`` are left as empty arrays.
+
+        Parameters
+        ----------
+        z : (N, n) [rad]
+        z_goal : (n,) or (N, n) [rad]
+        order : 0, 1 or 2
+        """
+        k = self.k
+        away = z - z_goal
+        gamma = np.einsum("ij,ij->i", away, away)
+        ln_beta, grad_ln, hess_ln = self.obstacle.log_jets(z, k, order)
+        with np.errstate(divide="ignore"):
+            ln_gamma = np.log(gamma)
+        ln_sum = np.logaddexp(ln_beta, k * ln_gamma)
+        inverse_root = np.exp(-ln_sum / k)
+        phi = gamma * inverse_root
+        if order == 0:
+            return phi, np.empty((len(z), 0)), np.empty((len(z), 0, 0))
+        share = np.exp(ln_beta - ln_sum)
+        slope = 2.0 * away - (gamma / k)[:, None] * grad_ln
+        gradient = (inverse_root * share)[:, None] * slope
+        if order == 1:
+            return phi, gradient, np.empty((len(z), 0, 0))
+        # grad phi = D s v with D = (gamma^k + beta)^(-1/k), s = beta / (gamma^k + beta) and
+        # v = grad gamma - gamma grad(ln beta) / k; r = (1 - s) / gamma stays finite at the goal.
+        r = np.exp((k - 1) * ln_gamma - ln_sum)
+        chi_rate = (k * r * gamma - share) / k
+        outer = (-2.0 * (k + 1) * r)[:, None] * away + chi_rate[:, None] * grad_ln
+        curvature = 2.0 * np.eye(z.shape[1]) - (gamma / k)[:, None, None] * hess_ln
+        curvature += slope[:, :, None] * outer[:, None, :]
+        curvature -= (2.0 / k) * grad_ln[:, :, None] * away[:, None, :]
+        return phi, gradient, (inverse_root * share)[:, None, None] * curvature

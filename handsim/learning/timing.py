@@ -1,0 +1,95 @@
+"""When to be where on a path: the natural time law.
+
+People move their hands along a path with a bell-shaped speed. The minimum-jerk profile (Flash and
+Hogan 1985, J. Neurosci. 5(7):1688-1703) covers the fraction s(t) = 10 x^3 - 15 x^4 + 6 x^5 of the
+length, x = t / duration.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.errors import InputError
+from handsim.learning.paths import arc_length
+
+Array = npt.NDArray[np.float64]
+
+# Fraction of the duration after which the rate s' / (1 - s), which grows as 3 / (duration - t),
+# is held: what is left then is 1 % of the length.
+_HOLD = 0.9
+
+
+def minimum_jerk(time: npt.ArrayLike, duration: float) -> Array:
+    """Return the fraction of the length covered at times [s]."""
+    x = np.clip(np.asarray(time, dtype=float) / duration, 0.0, 1.0)
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+
+
+def check_duration(duration: float) -> float:
+    """Return a duration [s] that is positive and finite.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"duration {duration:g} s; give a positive number of seconds")
+    return float(duration)
+
+
+@dataclass(frozen=True)
+class NaturalTiming:
+    """Velocities for a closed loop that should arrive at a given time with a bell-shaped speed.
+
+    The direction is the flow's at the measured posture, so that a push is answered as the
+    navigation function answers it. The speed is (length left) * s'(t) / (1 - s(t)), which follows
+    the minimum-jerk profile on the nominal path and catches up elsewhere.
+
+    Attributes
+    ----------
+    direction
+        Maps (z, z_goal) to the unit vector of the flow.
+    z_goal : (n,) [rad]
+    duration : [s]
+    distance, left : (m,) [rad]
+        Length left along the nominal path as a function of the distance to the destination.
+    """
+
+    direction: Callable[[Array, Array], Array]
+    z_goal: Array
+    duration: float
+    distance: Array
+    left: Array
+
+    @classmethod
+    def along(
+        cls,
+        path: Array,
+        z_goal: Array,
+        duration: float,
+        direction: Callable[[Array, Array], Array],
+    ) -> "NaturalTiming":
+        """Build the timing from the nominal path (m, n) to the destination (n,)."""
+        length = arc_length(path)
+        left = (length[-1] - length)[::-1]
+        distance = np.linalg.norm(path - z_goal, axis=1)[::-1]
+        # Where the path turns away from the destination the farther point tells the length left.
+        farthest = np.maximum.accumulate(distance)
+        new = np.append(True, farthest[1:] > farthest[:-1])
+        return cls(direction, z_goal, check_duration(duration), farthest[new], left[new])
+
+    def velocity(self, z: Array, time: float) -> Array:
+        """Return the velocity (n,) [rad/s] at a measured posture (n,) and time [s]."""
+        away = z - self.z_goal
+        distance = float(away @ away) ** 0.5
+        left = float(np.interp(distance, self.distance, self.left))
+        left += max(distance - float(self.distance[-1]), 0.0)
+        return self.direction(z, self.z_goal) * (left * self._rate(time))
+
+    def _rate(self, time: float) -> float:
+        x = min(max(time / self.duration, 0.0), _HOLD)
+        covered = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+        return 30.0 * x**2 * (1.0 - x) ** 2 / ((1.0 - covered) * self.duration)
