@@ -31,6 +31,8 @@ class Collider:
         Pose in the object frame [m], (w, x, y, z).
     points
         The points of a hull, in the object frame [m].
+    mesh
+        Name of a mesh file whose vertices are the points of a hull instead.
     """
 
     kind: Kind
@@ -38,6 +40,7 @@ class Collider:
     pos: Vec3 = (0.0, 0.0, 0.0)
     quat: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     points: tuple[Vec3, ...] = ()
+    mesh: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +175,38 @@ def hull(points: npt.ArrayLike) -> Collider:
     """Return the convex hull of points (n, 3) [m]."""
     rows = tuple((float(x), float(y), float(z)) for x, y, z in np.asarray(points))
     return Collider("hull", (), points=rows)
+
+
+def hull_of(mesh: str) -> Collider:
+    """Return the convex hull of a mesh file of ``assets/objects``."""
+    return Collider("hull", (), mesh=mesh)
+
+
+def prism_along_x(
+    start: float, end: float, height: float, flat: float, corner: float | None = None
+) -> Collider:
+    """Return a six-sided prism about a line along x, one of its flats downwards.
+
+    Parameters
+    ----------
+    start, end
+        Along x [m].
+    height
+        Of its axis [m].
+    flat, corner
+        Distance of the flats and of the corners from the axis [m]; nearer corners are cut off.
+    """
+    sharp = flat / np.cos(np.pi / 6)
+    reach = min(corner or sharp, sharp)
+    tilt = np.arccos(flat / reach)  # from a flat's normal to either end of the flat
+    around = [side + turn for side in np.arange(6) * np.pi / 3 for turn in (-tilt, tilt)]
+    return hull(
+        [
+            (x, reach * np.sin(angle), height - reach * np.cos(angle))
+            for x in (start, end)
+            for angle in around
+        ]
+    )
 
 
 def ring(

@@ -146,7 +146,8 @@ def _add_shapes(
             "rgba": [0.2, 0.6, 0.3, 0.4],
         }
         if collider.kind == "hull":
-            spec.add_mesh(name=name, uservert=np.ravel(collider.points))
+            points = read_mesh(collider.mesh).vertices if collider.mesh else collider.points
+            spec.add_mesh(name=name, uservert=np.ravel(points))
             body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **contact)
         else:
             size = [*collider.size, 0.0, 0.0][:3]
@@ -179,6 +180,7 @@ def _add_hinge(spec: mujoco.MjSpec, body: mujoco.MjsBody, hinge: Hinge, start: f
         damping=hinge.damping,
         frictionloss=hinge.friction,
         armature=1e-6,
+        solref_limit=[0.004, 1.0],
     )
     if hinge.pitch:
         # Turn as a function of rise, not the reverse: MuJoCo estimates the softness of the
