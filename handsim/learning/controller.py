@@ -176,13 +176,10 @@ class GraspController:
         """
         if (q_goal is None) == (z_goal is None):
             raise InputError("give one destination, as a posture or in the subspace")
-        for q in (q_start,) if q_goal is None else (q_start, q_goal):
-            if np.shape(q) != (N_JOINTS,):
-                raise InputError(f"posture of shape {np.shape(q)}; give {N_JOINTS} angles")
         if not (np.isfinite(rate) and rate > 0):
             raise InputError(f"rate {rate:g} Hz; give a positive number")
-        goal = self.subspace.transform(q_goal) if z_goal is None else np.asarray(z_goal, float)
-        path = self.path(self.subspace.transform(q_start), goal)
+        goal = np.asarray(z_goal, float) if q_goal is None else self._projected(q_goal)
+        path = self.path(self._projected(q_start), goal)
         seconds = self.median_duration if duration is None else check_duration(duration)
         if time_law == "natural":
             time, z = _timed_naturally(path.points, seconds, rate)
@@ -192,6 +189,11 @@ class GraspController:
             raise UnknownNameError("time law", time_law, ("natural", "gradient"))
         q = clip_to_range(self.subspace.inverse_transform(z))
         return PostureSequence(time, q, path.arrived, path.reason)
+
+    def _projected(self, q: Array) -> Array:
+        if np.shape(q) != (N_JOINTS,):
+            raise InputError(f"posture of shape {np.shape(q)}; give {N_JOINTS} angles")
+        return self.subspace.transform(q)
 
     @property
     def median_duration(self) -> float:
@@ -212,7 +214,7 @@ class GraspController:
         speed = np.maximum(speed, 1e-3 * speed.max())
         slowness = 0.5 * (1.0 / speed[1:] + 1.0 / speed[:-1])
         time = np.append(0.0, np.cumsum(np.diff(arc_length(points)) * slowness))
-        time *= duration / time[-1]
+        time *= duration / max(time[-1], np.finfo(float).tiny)
         even = _frame_times(duration, rate)
         return even, np.column_stack([np.interp(even, time, column) for column in points.T])
 
