@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
 from handsim.viewing.gl import ProbeResult, install_command, probe
+from handsim.viewing.video import ENCODER_INSTALL
 
 PACKAGES = ("mujoco", "numpy", "scipy", "scikit-learn", "imageio-ffmpeg", "pillow")
 
@@ -67,11 +68,10 @@ def _backend(result: ProbeResult) -> Finding:
 
 
 def _encoder() -> Finding:
-    remedy = "pip install --force-reinstall imageio-ffmpeg"
     try:
         import imageio_ffmpeg
 
         executable = imageio_ffmpeg.get_ffmpeg_exe()
         return Finding("ffmpeg", True, f"{imageio_ffmpeg.get_ffmpeg_version()}, {executable}")
     except (ImportError, RuntimeError, OSError) as error:
-        return Finding("ffmpeg", False, str(error).splitlines()[0], remedy)
+        return Finding("ffmpeg", False, str(error).splitlines()[0], ENCODER_INSTALL)

@@ -142,7 +142,9 @@ class SubspaceInset:
         self.reference = None if reference is None else np.rad2deg(reference[:, :2])
         shown = self.z if self.reference is None else np.vstack([self.z, self.reference])
         self._centre = (shown.max(axis=0) + shown.min(axis=0)) / 2
-        self._half = max(float(np.ptp(shown, axis=0).max()) / 2, 1.0) * 1.15
+        self._half = (
+            max(float(np.ptp(shown, axis=0).max()) / 2, 1.0) * 1.45
+        )  # a margin for the texts
         self._base: Frame | None = None
 
     def draw(self, frame: Frame, time: float) -> None:

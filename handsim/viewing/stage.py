@@ -3,6 +3,7 @@
 All models of a picture share the context, so that a grid of rollouts opens one and not many.
 """
 
+import atexit
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -17,11 +18,12 @@ from handsim.viewing.gl import GLContext, driver_name, gl_context, is_software
 Frame = npt.NDArray[np.uint8]
 Vector = npt.NDArray[np.float64]
 
-CAMERAS: tuple[str, ...] = ("front", "side", "palm", "top", "orbit", "follow")
-"""Names of the cameras. The first four are the model's own where it has them."""
+CAMERAS: tuple[str, ...] = ("view", "front", "side", "palm", "top", "orbit", "follow")
+"""Names of the cameras. All but the last two are the model's own where it has them."""
 _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored where the thumb is
     # on the other side), elevation
-    "front": (-140.0, -15.0),
+    "view": (-140.0, -15.0),
+    "front": (180.0, -15.0),
     "side": (-90.0, -10.0),
     "palm": (180.0, 0.0),
     "top": (180.0, -89.0),
@@ -52,7 +54,7 @@ class View:
         None draws them unless the driver draws on the CPU, where they take most of the time.
     """
 
-    camera: str = "front"
+    camera: str = "view"
     width: int = 640
     height: int = 480
     fps: float = 30.0
@@ -248,6 +250,11 @@ def open_stage(width: int, height: int, shadows: bool | None = None) -> Iterator
     MissingToolError
         If no backend renders.
     """
-    with gl_context() as gl, ExitStack() as closing:
+    with ExitStack() as closing:
+        gl = closing.enter_context(gl_context())
+        # A movement of which not all frames were taken must not be left to the interpreter's end,
+        # when the libraries that free the context are half gone.
+        atexit.register(closing.close)
+        closing.callback(atexit.unregister, closing.close)
         drawn = not is_software(driver_name()) if shadows is None else shadows
         yield Stage(width, height, drawn, gl, closing)

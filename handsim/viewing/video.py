@@ -5,13 +5,16 @@ renamed when they are whole.
 """
 
 import math
+import subprocess
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from handsim.errors import FileError, InputError
+from handsim.errors import FileError, InputError, MissingToolError
 from handsim.files import replacing
 from handsim.viewing.overlay import draw_text
 from handsim.viewing.stage import Frame
@@ -19,8 +22,16 @@ from handsim.viewing.stage import Frame
 VIDEO_SUFFIXES: tuple[str, ...] = (".mp4", ".gif")
 MAX_GIF_FPS = 50.0
 """GIF times frames in steps of 10 ms, and browsers slow down those shorter than 20 ms."""
-_GIF_FILTER = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer"
-_MP4_OPTIONS = ["-crf", "20", "-preset", "medium", "-movflags", "+faststart"]
+ENCODER_INSTALL = "pip install --force-reinstall imageio-ffmpeg"
+"""Its wheels for the usual platforms carry an ffmpeg."""
+_PALETTE = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer"
+_GIF_OPTIONS = ("-filter_complex", _PALETTE, "-loop", "0")
+_MP4_OPTIONS = (
+    *("-c:v", "libx264", "-pix_fmt", "yuv420p"),
+    *("-vf", "scale=out_color_matrix=bt709", "-colorspace", "bt709"),  # else colours shift
+    *("-color_primaries", "bt709", "-color_trc", "bt709"),
+    *("-crf", "20", "-preset", "medium", "-movflags", "+faststart"),
+)
 
 
 def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
@@ -46,6 +57,8 @@ def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
         If the suffix, the size or the rate is not one the format can have, or there is no frame.
     FileError
         If the file cannot be written or the encoder fails.
+    MissingToolError
+        If there is no encoder.
     """
     path = Path(path)
     kind = path.suffix.lower()
@@ -66,45 +79,52 @@ def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
         if kind == ".mp4" and (width % 2 or height % 2):
             even = f"{width + width % 2}x{height + height % 2}"
             raise InputError(f"{path}: size {width}x{height}; H.264 takes even sizes, give {even}")
-        try:
-            return _encode(chain([first], stream), temporary, fps, (width, height))
-        except OSError as error:  # what imageio-ffmpeg raises when the encoder has stopped
-            raise FileError(
-                f"{path}: the encoder stopped ({_last_line(error)}); check the free disk space"
-            ) from error
-
-
-def _encode(frames: Iterator[Frame], path: Path, fps: float, size: tuple[int, int]) -> int:
-    import imageio_ffmpeg
-
-    gif = path.suffix.lower() == ".gif"
-    writer = imageio_ffmpeg.write_frames(
-        str(path),
-        size,
-        fps=fps,  # pyright: ignore[reportArgumentType]  # ffmpeg takes fractions
-        codec="gif" if gif else "libx264",
-        pix_fmt_out="pal8" if gif else "yuv420p",
-        quality=None,  # pyright: ignore[reportArgumentType]  # the options below set it
-        macro_block_size=1,
-        ffmpeg_log_level="error",
-        output_params=["-filter_complex", _GIF_FILTER] if gif else _MP4_OPTIONS,
-    )
-    count = 0
-    writer.send(None)
-    try:
-        for frame in frames:
-            if frame.shape[:2] != size[::-1]:
-                raise InputError(f"frame {count} of {frame.shape[:2]}, others of {size[::-1]}")
-            writer.send(np.ascontiguousarray(frame))
-            count += 1
-    finally:
-        writer.close()
+        count, failure = _encode(chain([first], stream), temporary, fps)
+        if failure:
+            raise FileError(f"{path}: the encoder stopped ({failure}); check the free disk space")
     return count
 
 
-def _last_line(error: OSError) -> str:
-    lines = [line for line in str(error).splitlines() if line.strip()]
-    return lines[-1].strip() if lines else type(error).__name__
+def _encode(frames: Iterator[Frame], path: Path, fps: float) -> tuple[int, str]:
+    """Pipe frames into ffmpeg; their number, and the last thing it said if it failed."""
+    first = next(frames)
+    height, width = first.shape[:2]
+    options = _GIF_OPTIONS if path.suffix.lower() == ".gif" else _MP4_OPTIONS
+    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:.6g}"]
+    command = [_encoder(), "-y", "-v", "error", *raw, "-i", "-", "-an"]
+    count = 0
+    with tempfile.TemporaryFile() as said:
+        encoder = subprocess.Popen(
+            [*command, *options, str(path)], stdin=subprocess.PIPE, stdout=said, stderr=said
+        )
+        assert encoder.stdin is not None  # a pipe was asked for
+        try:
+            with suppress(BrokenPipeError), encoder.stdin as pipe:
+                for frame in chain([first], frames):
+                    if frame.shape != first.shape:
+                        raise InputError(
+                            f"frame {count} has shape {frame.shape}, the first has {first.shape}; "
+                            "give frames of one size"
+                        )
+                    pipe.write(np.ascontiguousarray(frame))
+                    count += 1
+        except BaseException:
+            encoder.kill()
+            raise
+        finally:
+            code = encoder.wait()
+        said.seek(0)
+        lines = said.read().decode(errors="replace").strip().splitlines()
+    return count, (lines or [f"exit code {code}"])[-1] if code else ""
+
+
+def _encoder() -> str:
+    import imageio_ffmpeg
+
+    try:
+        return imageio_ffmpeg.get_ffmpeg_exe()
+    except RuntimeError as error:
+        raise MissingToolError(f"no ffmpeg to encode with; run: {ENCODER_INSTALL}") from error
 
 
 def tile(frames: Sequence[Frame], columns: int, gap: int = 0, fill: int = 255) -> Frame:

@@ -1,0 +1,137 @@
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from handsim.errors import MissingToolError, UnknownNameError
+from handsim.viewing import gl
+from handsim.viewing.gl import ProbeResult
+
+
+@pytest.fixture
+def fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
+    """No backend chosen yet, whatever was chosen before this test."""
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setattr(gl.platform, "system", lambda: "Linux")
+    gl._first_that_renders.cache_clear()
+    yield monkeypatch
+    gl._first_that_renders.cache_clear()
+
+
+def probing(works: str | None, calls: list[str]) -> Callable[..., ProbeResult]:
+    def probe(backend: str, seconds: float = 0.3) -> ProbeResult:
+        calls.append(backend)
+        return ProbeResult(backend, backend == works, reason="no library")
+
+    return probe
+
+
+def test_takes_the_first_that_renders_and_says_so_in_the_environment(
+    fresh: pytest.MonkeyPatch,
+) -> None:
+    calls: list[str] = []
+    fresh.setattr(gl, "probe", probing("osmesa", calls))
+    assert gl.choose_backend() == "osmesa"
+    assert calls == ["egl", "osmesa"]
+    assert gl.os.environ["MUJOCO_GL"] == "osmesa"
+
+
+def test_probes_once_a_process(fresh: pytest.MonkeyPatch) -> None:
+    calls: list[str] = []
+    fresh.setattr(gl, "probe", probing("egl", calls))
+    for _ in range(3):
+        fresh.delenv("MUJOCO_GL", raising=False)
+        assert gl.choose_backend() == "egl"
+    assert calls == ["egl"]
+
+
+def test_environment_is_respected_without_probing(fresh: pytest.MonkeyPatch) -> None:
+    fresh.setattr(gl, "probe", lambda *_: pytest.fail("probed"))
+    fresh.setenv("MUJOCO_GL", "OSMesa")
+    assert gl.choose_backend() == "osmesa"
+
+
+def test_unknown_name_in_the_environment(fresh: pytest.MonkeyPatch) -> None:
+    fresh.setenv("MUJOCO_GL", "osmeza")
+    with pytest.raises(UnknownNameError, match=r"MUJOCO_GL 'osmeza'; did you mean osmesa"):
+        gl.choose_backend()
+
+
+@pytest.mark.parametrize(
+    ("manager", "root", "command"),
+    [
+        ("apt-get", 0, "apt-get update && apt-get install -y libosmesa6"),
+        ("apt-get", 1000, "sudo apt-get update && sudo apt-get install -y libosmesa6"),
+        ("dnf", 0, "dnf install -y mesa-libOSMesa"),
+    ],
+)
+def test_nothing_renders_names_the_command(
+    fresh: pytest.MonkeyPatch, manager: str, root: int, command: str
+) -> None:
+    fresh.setattr(gl, "probe", probing(None, []))
+    fresh.setattr(gl.shutil, "which", lambda name: name if name == manager else None)
+    fresh.setattr(gl.os, "geteuid", lambda: root)
+    with pytest.raises(MissingToolError) as raised:
+        gl.choose_backend()
+    assert str(raised.value).endswith(f"run: {command}")
+    assert "egl: no library; osmesa: no library" in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_probe_really_renders(rendering: str) -> None:
+    result = gl.probe(rendering, seconds=0.1)
+    assert result.ok, result.reason
+    assert result.driver
+    assert result.frames_per_second is not None
+    assert result.frames_per_second > 1
+
+
+def test_probe_reports_what_failed() -> None:
+    result = gl.probe("cgl" if sys.platform == "linux" else "osmesa", seconds=0.0)
+    assert not result.ok
+    assert result.reason
+    assert not result.driver
+
+
+def test_probe_gives_up_on_a_driver_that_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gl, "PROBE_TIMEOUT_S", 0.01)
+    result = gl.probe("egl")
+    assert not result.ok
+    assert "no frame within" in result.reason
+
+
+def test_probe_survives_a_driver_that_aborts(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    script = tmp_path / "probe.py"
+    script.write_text("import os; os.abort()")
+    monkeypatch.setattr(gl, "__file__", str(tmp_path / "gl.py"))
+    result = gl.probe("egl")
+    assert not result.ok
+    assert "died" in result.reason
+
+
+def test_backend_that_does_not_open_is_named_with_its_remedy(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "cgl" if sys.platform == "linux" else "egl")
+    with (
+        pytest.raises(MissingToolError, match=r"does not open .* unset MUJOCO_GL"),
+        gl.gl_context(),
+    ):
+        pass
+
+
+def test_choosing_costs_nothing_before_it_is_asked_for() -> None:
+    code = "import sys, handsim.viewing.gl; sys.exit('mujoco' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("driver", "software"),
+    [("llvmpipe (LLVM 15.0.6, 256 bits)", True), ("NVIDIA A100/PCIe/SSE2", False), ("", False)],
+)
+def test_software_drivers_are_told_apart(driver: str, software: bool) -> None:
+    assert gl.is_software(driver) is software
