@@ -6,7 +6,10 @@ import numpy as np
 from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.hand.model import Side, build_hand
 from handsim.joints import JOINT_NAMES, Array
+from handsim.learning.controller import GraspController
+from handsim.motion.recording import Recording
 from handsim.viewing.clips import Clip, Overlay
+from handsim.viewing.overlay import Caption, SubspaceInset
 
 _UPRIGHT = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
 """Orientation of the hand: fingers to +z, palm to +x, thumb of the right hand to +y."""
@@ -66,3 +69,35 @@ def posture_clip(
     qpos = np.tile(model.qpos0, (len(time), 1))
     qpos[:, [model.joint(name).qposadr[0] for name in JOINT_NAMES]] = q
     return Clip(model, np.asarray(time, float), qpos, overlays)
+
+
+def comparison_clips(recording: Recording, controller: GraspController) -> tuple[Clip, Clip]:
+    """Make clips of a recording and of the controller between the same two postures.
+
+    Draw them with `render_clips` in two columns: side by side, in the recording's time. Each shows
+    its way in the subspace, the controller's with the recording's in grey.
+    """
+    duration = recording.duration
+    sequence = controller.postures(recording.q[0], recording.q[-1], duration=duration)
+    model = posture_model(recording.hand_length, recording.hand_breadth)
+    recorded = controller.subspace.transform(recording.q)
+    followed = controller.subspace.transform(sequence.q)
+    time = recording.time - recording.time[0]
+    end = "arrives" if sequence.arrived else f"does not arrive: {sequence.reason}"
+    return (
+        posture_clip(
+            time,
+            recording.q,
+            model,
+            (
+                Caption((f"recording {recording.name}", recording.task)),
+                SubspaceInset(time, recorded),
+            ),
+        ),
+        posture_clip(
+            sequence.time,
+            sequence.q,
+            model,
+            (Caption(("controller", end)), SubspaceInset(sequence.time, followed, recorded)),
+        ),
+    )
