@@ -10,7 +10,6 @@ from handsim.cli.console import (
     Folder,
     JsonFlag,
     note,
-    progress,
     say,
     say_json,
     say_table,
@@ -25,7 +24,7 @@ def learn(
     method: Annotated[
         Literal["direction"], typer.Option(help="How beta is learned.")
     ] = "direction",
-    k: Annotated[float, typer.Option(help="Exponent of the navigation function.")] = 2.0,
+    k: Annotated[float | None, typer.Option(help="Exponent of the navigation function.")] = None,
     json: JsonFlag = False,
 ) -> None:
     """Learn a controller from a folder of recordings."""
@@ -58,11 +57,16 @@ def evaluate(
     """Score a controller against recordings."""
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.learning import scores
+    from handsim.learning.learn import learn_controller
 
     learned = controller_or_built_in(controller)
     recordings = recordings_or_built_in(folder)
     if leave_one_out:
-        result = scores.leave_one_out(learned, recordings, progress=progress)
+        k = learned.navigation.k
+        n_components = len(learned.subspace.components_)
+        result = scores.leave_one_out(
+            recordings, lambda some: learn_controller(some, n_components, k=k).controller
+        )
     else:
         result = scores.evaluate(learned, recordings)
     if json:
@@ -82,8 +86,8 @@ def evaluate(
     )
     say(
         f"{result['n_arrived']} of {result['n_recordings']} arrive; mean path error "
-        f"{result['path_error_deg']:.1f} deg, straight line {result['straight_error_deg']:.1f} deg, "
-        f"ratio {result['ratio']:.2f}"
+        f"{result['path_error_deg']:.1f} deg, straight line "
+        f"{result['straight_error_deg']:.1f} deg, ratio {result['ratio']:.2f}"
     )
 
 
@@ -96,7 +100,9 @@ def postures(
     goal: Annotated[
         Path | None, typer.Option(help="Posture file whose last frame is the destination.")
     ] = None,
-    duration: Annotated[float, typer.Option(help="Duration of the movement [s].")] = 1.2,
+    duration: Annotated[
+        float | None, typer.Option(help="Duration [s]; that of the recordings if left out.")
+    ] = None,
     time_law: Annotated[
         Literal["natural", "gradient"], typer.Option(help="Speed along the path.")
     ] = "natural",
@@ -111,16 +117,12 @@ def postures(
         raise InputError("give one of --task and --goal: where is the movement to end?")
     learned = controller_or_built_in(controller)
     if task is not None:
-        recorded = learned.recorded_for(task)
+        recorded = learned.demonstration(task)
         q_start, q_goal = recorded.q_start, recorded.q_goal
     else:
         assert goal is not None
-        q_start, q_goal = learned.recorded[0].q_start, read_postures(goal)[1][-1]
+        q_start, q_goal = learned.demonstrations[0].q_start, read_postures(goal)[1][-1]
     movement = learned.postures(q_start, q_goal, time_law=time_law, duration=duration)
     write_postures(output, movement.time, movement.q)
-    note(f"wrote {len(movement.time)} postures to {output}" + _reason(movement))
-
-
-def _reason(movement: object) -> str:
-    reason = getattr(movement, "reason", "")
-    return "" if getattr(movement, "arrived", True) else f"; did not arrive: {reason}"
+    ending = "" if movement.arrived else f"; it does not arrive: {movement.reason}"
+    note(f"wrote {len(movement.time)} postures to {output}{ending}")

@@ -40,9 +40,9 @@ def info(folder: Folder = None, json: JsonFlag = False) -> None:
     for key, value in summary.items():
         say(f"{key:>16}  {value}")
     say_table(
-        ("joint out of range", "frames [%]", "worst [deg]"),
+        ("joint out of range", "frames", "least [deg]", "greatest [deg]"),
         [
-            (name, f"{100 * joint['fraction']:.1f}", f"{joint['worst_deg']:.1f}")
+            (name, joint["n_frames"], f"{joint['least_deg']:.1f}", f"{joint['greatest_deg']:.1f}")
             for name, joint in ranges.items()
         ],
     )

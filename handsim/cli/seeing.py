@@ -23,7 +23,7 @@ def render(
     size: Annotated[str, typer.Option(help="Width x height [pixels].")] = "640x480",
     fps: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
     postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
-    plain: Annotated[bool, typer.Option("--plain", help="No forces and subspace drawn in.")] = False,
+    plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,
 ) -> None:
     """Render movements in true time; a .png of one movement becomes its contact sheet."""
     from handsim.viewing.stage import View, parse_size

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from handsim.hand.grasp_task import Grasp
 from handsim.hand.model import HandModel
+from handsim.hand.scene import hand_axes
 from handsim.joints import FINGERS, JOINT_INDEX, clip_to_range
 from handsim.simulation.plan import Pose
 
@@ -61,10 +62,17 @@ def opposition(hand: HandModel, q: Array, grasp: Grasp) -> Opposition:
 
 
 def align_palm(opposed: Opposition, grasp: Grasp) -> Pose:
-    """Return the palm's pose in the object frame that lays the opposition on the grasp."""
-    of_hand = _frame(opposed.axis, opposed.facing)
-    of_object = _frame(np.array(grasp.opposition), np.array(grasp.approach))
-    rotation = Rotation.from_matrix(of_object @ of_hand.T)
+    """Return the palm's pose in the object frame that lays the opposition on the grasp.
+
+    A hand that wraps an upright object from the side stays level instead, with its breadth along
+    the object: laying thumb and finger pads at one height would tilt the forearm into the table.
+    """
+    if grasp.kind == "side":
+        rotation = Rotation.from_matrix(hand_axes(grasp))
+    else:
+        of_hand = _frame(opposed.axis, opposed.facing)
+        of_object = _frame(np.array(grasp.opposition), np.array(grasp.approach))
+        rotation = Rotation.from_matrix(of_object @ of_hand.T)
     pos = np.array(grasp.point) - rotation.apply(opposed.midpoint)
     return Pose(pos, rotation.as_quat(scalar_first=True))
 

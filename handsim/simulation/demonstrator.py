@@ -13,7 +13,7 @@ import numpy.typing as npt
 from handsim.errors import InputError
 from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel, build_hand
-from handsim.joints import JOINT_INDEX, N_JOINTS
+from handsim.joints import JOINT_INDEX, N_JOINTS, clip_to_range
 from handsim.simulation.alignment import align_palm, close_to_width, opposition
 from handsim.simulation.closed_loop import Stage, simulate
 from handsim.simulation.conditions import Conditions
@@ -66,48 +66,60 @@ class Closing:
     Attributes
     ----------
     open, shut : (22,) [rad]
+    beyond
+        How much farther than to the object's width the fingers are sent, as a part of the way
+        from open to shut: the object stops them, wherever it is exactly.
     sink
-        How far the palm is brought beyond alignment along the approach [m]; negative for grasps
-        with the fingertips.
+        How far the palm is brought beyond alignment along the approach [m], so that the fingers
+        close behind the middle of what they wrap.
     squeeze
         Factor on the squeeze layer.
     """
 
     open: Array
     shut: Array
+    beyond: float = 0.0
     sink: float = 0.0
     squeeze: float = 1.0
 
 
-_WRIST = {"wrist_flexion": -20.0, "wrist_deviation": 0.0}
+_EXTENDED = {"wrist_flexion": -20.0}
+_FLEXED = {"wrist_flexion": 15.0}
 
 CLOSINGS: dict[str, Closing] = {
     "side": Closing(
-        posture((20, 20, 10), thumb_rotation=75, thumb_abduction=45, **_WRIST),
-        posture(
+        open=posture((20, 20, 10), thumb_rotation=90, thumb_abduction=50, **_EXTENDED),
+        shut=posture(
             (62, 68, 38),
-            thumb_rotation=82,
+            thumb_rotation=102,  # brings the thumb's pad to the height of the fingers' mean
             thumb_abduction=40,
             thumb_mcp=32,
             thumb_ip=32,
             palm_arch=8,
-            **_WRIST,
+            **_EXTENDED,
         ),
+        beyond=0.12,
+        sink=0.02,
+        squeeze=0.8,
     ),
     "top": Closing(
-        posture((40, 15, 8), thumb_rotation=80, thumb_abduction=45, thumb_ip=5, wrist_flexion=10),
-        posture(
+        open=posture((40, 15, 8), thumb_rotation=80, thumb_abduction=45, thumb_ip=5, **_FLEXED),
+        shut=posture(
             (72, 28, 14),
-            thumb_rotation=90,
+            thumb_rotation=95,
             thumb_abduction=35,
             thumb_mcp=20,
             thumb_ip=22,
             palm_arch=6,
-            wrist_flexion=15,
+            **_FLEXED,
         ),
+        beyond=0.08,
+        sink=0.006,
     ),
 }
-"""By kind of grasp."""
+"""By kind of grasp. The angles are choices, tried on the objects; the signs and sizes follow what
+people show: an opposed thumb, MCP joints that lead in a grasp from above and PIP joints that lead
+in a wrap."""
 
 RETREAT = 0.16
 """Distance from which the palm comes [m]."""
@@ -138,7 +150,8 @@ def plan_for(task: Task, hand: HandModel) -> tuple[GraspPlan, Array]:
     palm = align_palm(opposition(hand, q_touch, task.grasp), task.grasp)
     approach = np.array(task.grasp.approach)
     palm = palm.moved(closing.sink * approach)
-    plan = GraspPlan(palm, -RETREAT * approach, REST, q_touch, closing.squeeze)
+    q_goal = clip_to_range(q_touch + closing.beyond * (closing.shut - closing.open))
+    plan = GraspPlan(palm, -RETREAT * approach, REST, q_goal, closing.squeeze)
     return plan, closing.open
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.joints import clip_to_range
-from handsim.learning.controller import GraspController, NaturalTiming
+from handsim.learning.controller import GraspController
+from handsim.learning.timing import NaturalTiming
 from handsim.simulation.plan import GraspPlan, Schedule
 from handsim.simulation.squeeze import ramp
 
@@ -104,15 +105,15 @@ class LearnedDriver:
         """Return the projected reading, led by the velocity that the controller asks for."""
         subspace = self.controller.subspace
         if time >= self.reach:
-            return clip_to_range(subspace.inverse_transform(self.z_goal[None])[0])
+            return clip_to_range(subspace.inverse_transform(self.z_goal))
         z = self.coordinates(reading)
         velocity = self.timing.velocity(z, time)
-        posture = subspace.inverse_transform(z[None])[0]
+        posture = subspace.inverse_transform(z)
         return clip_to_range(posture + (velocity @ subspace.components_) * self.lead)
 
     def coordinates(self, reading: Array) -> Array:
         """Return the reading in the subspace, (n_components,) [rad]."""
-        return self.controller.subspace.transform(reading[None])[0]
+        return self.controller.subspace.transform(reading)
 
     def arrived(self, reading: Array) -> bool:
         """Whether the reading lies within 15 deg of the destination, contact included."""

@@ -53,7 +53,8 @@ class PlanStore:
     def add(self, task: str, plan: GraspPlan) -> None:
         """Keep a plan; those of other tasks stay."""
         plans = self.read() | {task: plan}
-        content = {"schema": SCHEMA, "plans": {name: _to_json(plans[name]) for name in sorted(plans)}}
+        stored = {name: _to_json(plans[name]) for name in sorted(plans)}
+        content = {"schema": SCHEMA, "plans": stored}
         self.path.parent.mkdir(exist_ok=True)
         write_text(self.path, json.dumps(content, indent=1) + "\n")
 

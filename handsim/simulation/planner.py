@@ -20,7 +20,7 @@ from handsim.learning.controller import GraspController
 from handsim.simulation.alignment import align_palm, opposition
 from handsim.simulation.closed_loop import Stage, simulate
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.demonstrator import REST, RETREAT, plan_for
+from handsim.simulation.demonstrator import REST, plan_for
 from handsim.simulation.drivers import learned_driver
 from handsim.simulation.plan import GraspPlan, schedule_for
 from handsim.simulation.rollout import Rollout
@@ -42,7 +42,7 @@ ENOUGH = -0.5
 def replayed_plan(controller: GraspController, stage: Stage, hand: HandModel) -> GraspPlan:
     """Return the plan that takes the recorded destination as it is, palm pose by the script."""
     scripted, _ = plan_for(stage.task, hand)
-    recorded = controller.recorded_for(stage.task.name)
+    recorded = controller.demonstration(stage.task.name)
     return GraspPlan(scripted.palm, scripted.retreat, REST, recorded.q_goal, scripted.squeeze)
 
 
@@ -123,7 +123,7 @@ class _Search:
 
     def _destinations(self) -> Iterator[Array]:
         """Recorded destinations: those of the task, else of the object, else of all."""
-        recorded = self.controller.recorded
+        recorded = self.controller.demonstrations
         task = self.stage.task
         same_task = [r for r in recorded if r.task == task.name]
         same_object = [r for r in recorded if r.object == task.object_name]
@@ -133,17 +133,17 @@ class _Search:
     def _in_subspace(self, q: Array) -> Array:
         """What is left of a posture in the subspace."""
         subspace = self.controller.subspace
-        return clip_to_range(subspace.inverse_transform(subspace.transform(q[None]))[0])
+        return clip_to_range(subspace.inverse_transform(subspace.transform(q)))
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
         """Return a plan displaced by ``point`` (size,), in units of the initial spreads."""
         subspace = self.controller.subspace
         n = self.n_components
-        z = subspace.transform(plan.q_goal[None])[0] + STEP_COMPONENT * point[:n]
+        z = subspace.transform(plan.q_goal) + STEP_COMPONENT * point[:n]
         palm = plan.palm.moved(
             STEP_POSITION * point[n : n + 3], Rotation.from_rotvec(STEP_TURN * point[n + 3 :])
         )
-        posture = clip_to_range(subspace.inverse_transform(z[None])[0])
+        posture = clip_to_range(subspace.inverse_transform(z))
         return GraspPlan(palm, plan.retreat, plan.q_start, posture, plan.squeeze)
 
     def attempt(self, plan: GraspPlan) -> tuple[float, GraspPlan, Rollout]:

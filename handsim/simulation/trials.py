@@ -1,7 +1,8 @@
 """When a grasp counts as held.
 
-The rules' limits belong to the tasks and were fixed before any grasp was tuned. A run is judged by its traces alone: by peak slip,
-not by the end state, and by tilt from the object's first pose, not from after the squeeze.
+The rules' limits belong to the tasks and were fixed before any grasp was tuned. A run is judged by
+its traces alone: by peak slip, not by the end state, and by tilt from the object's first pose, not
+from after the squeeze.
 """
 
 from dataclasses import dataclass
@@ -169,7 +170,7 @@ def _slip(traces: GraspTraces) -> Array:
 
 
 def _tilt(traces: GraspTraces) -> Array:
-    """Rotation of the object since its first pose, less that of the palm since the lift, (n,) [rad].
+    """Rotation of the object since its first pose, less that of the palm in the lift, (n,) [rad].
 
     Before the lift the palm turns on its way to the object, which tilts nothing; from the lift on
     an object that turns with the palm (as in drinking) does not tilt in the hand.
@@ -178,8 +179,7 @@ def _tilt(traces: GraspTraces) -> Array:
     palm = Rotation.from_quat(traces.palm_quat, scalar_first=True)
     start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
     carried = palm * palm[start].inv()
-    lifting = np.arange(len(traces.time)) >= start
-    own = Rotation.concatenate([turned[~lifting], carried[lifting].inv() * turned[lifting]])
+    own = Rotation.concatenate([turned[:start], carried[start:].inv() * turned[start:]])
     if traces.symmetry is None:
         return (own * own[0].inv()).magnitude()
     axes = own.apply(np.eye(3)["xyz".index(traces.symmetry)])

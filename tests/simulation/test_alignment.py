@@ -62,9 +62,7 @@ def test_the_forearm_gives_way_to_the_wrist(hand, angles):
     palm = palm_pose(hand)  # with the forearm at the world's origin
     reached = base @ palm
     np.testing.assert_allclose(reached.pos, wanted.pos, atol=1e-9)
-    np.testing.assert_allclose(
-        reached.rotation.as_matrix(), wanted.rotation.as_matrix(), atol=1e-9
-    )
+    np.testing.assert_allclose(reached.rotation.as_matrix(), wanted.rotation.as_matrix(), atol=1e-9)
 
 
 def test_widths_beyond_reach_give_the_nearer_end(hand):
