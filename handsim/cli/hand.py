@@ -18,13 +18,13 @@ def build(
     side: Annotated[Literal["right", "left"], typer.Option(help="Which hand.")] = "right",
 ) -> None:
     """Write the hand as MJCF that plain MuJoCo loads."""
-    from handsim.hand.anthropometry import DEFAULT_BREADTH, DEFAULT_LENGTH
+    from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
     from handsim.hand.model import write_hand
 
     path = write_hand(
         output,
-        hand_length=hand_length if hand_length is not None else DEFAULT_LENGTH,
-        hand_breadth=hand_breadth if hand_breadth is not None else DEFAULT_BREADTH,
+        hand_length=hand_length if hand_length is not None else HAND_LENGTH,
+        hand_breadth=hand_breadth if hand_breadth is not None else HAND_BREADTH,
         side=side,
     )
     note(f"wrote {path}")

@@ -121,6 +121,7 @@ def test_solver_is_the_one_the_hand_was_tried_with(hand):
     assert option.solver == mujoco.mjtSolver.mjSOL_NEWTON
     assert option.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
     assert option.impratio == 10
+    assert option.noslip_iterations == 2
     assert np.all(hand.model.body_gravcomp[1:] == 1)
 
 
@@ -427,6 +428,11 @@ def test_scene_stays_in_its_keyframes():
     assert not data.warning.number.any()
 
 
-def test_folder_that_is_not_there_is_an_error(tmp_path):
-    with pytest.raises(FileError, match="does not exist"):
-        write_hand(tmp_path / "nowhere")
+def test_folder_is_made_unless_something_is_in_its_place(tmp_path):
+    assert write_hand(tmp_path / "new" / "folder").is_file()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileError, match="choose another"):
+        write_hand(tmp_path / "file")
+    with pytest.raises(InputError):
+        write_hand(tmp_path / "never", hand_length=2.0)
+    assert not (tmp_path / "never").exists()
