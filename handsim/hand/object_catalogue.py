@@ -20,7 +20,7 @@ from handsim.hand.grasp_object import (
     upright_cylinder,
 )
 
-CLEAR_GLASS = (0.72, 0.86, 0.92, 0.35)
+CLEAR_GLASS = (0.75, 0.88, 0.93, 0.25)
 STEEL = (0.72, 0.73, 0.75, 1.0)
 BLACK = (0.13, 0.13, 0.14, 1.0)
 
@@ -48,7 +48,7 @@ def _button(side: str, sign: int) -> Link:
         stiffness=1.0 * 0.045 / np.deg2rad(1.4),
         damping=2e-3,
     )
-    grey = (0.20, 0.21, 0.23, 1.0)
+    grey = (0.17, 0.18, 0.20, 1.0)
     mesh = f"mouse_{name}"
     return Link(hinge, (Piece(mesh, 0.006, grey, 0.3),), (hull_of(mesh),))
 
@@ -57,8 +57,8 @@ MOUSE = GraspObject(
     name="mouse",
     front="buttons",
     pieces=(
-        Piece("mouse_shell", 0.074, (0.16, 0.17, 0.19, 1.0), 0.4),
-        Piece("mouse_wheel", 0.002, (0.45, 0.46, 0.48, 1.0), 0.2),
+        Piece("mouse_shell", 0.074, (0.30, 0.31, 0.34, 1.0), 0.4),
+        Piece("mouse_wheel", 0.002, (0.55, 0.56, 0.58, 1.0), 0.2),
     ),
     colliders=(hull_of("mouse_contact_rear"), hull_of("mouse_contact_front")),
     links=(_button("left", 1), _button("right", -1)),
@@ -85,8 +85,10 @@ CUP = GraspObject(
 
 
 def _handle_of_hammer() -> tuple[Collider, ...]:
-    stations = ((-0.150, 0.0120, 0.0095), (-0.147, 0.0145, 0.0115), (-0.120, 0.0145, 0.0112),
-                (-0.060, 0.0140, 0.0105), (0.020, 0.0115, 0.0092), (0.127, 0.0096, 0.0080))  # fmt: skip
+    stations = (
+        (-0.150, 0.0120, 0.0095), (-0.147, 0.0145, 0.0115), (-0.120, 0.0145, 0.0112),
+        (-0.060, 0.0140, 0.0105), (0.020, 0.0115, 0.0092), (0.127, 0.0096, 0.0080),
+    )  # fmt: skip
     angles = np.arange(16) * np.pi / 8
     rings = [
         [(x, a * np.cos(angle), 0.0115 + b * np.sin(angle)) for angle in angles]
@@ -144,7 +146,8 @@ PEN = GraspObject(
     ),
     colliders=(
         prism_along_x(-0.062, 0.049, 0.0045, 0.0045),
-        rod((0.049, 0.0, 0.0045), (0.0690, 0.0, 0.0045), 0.0011),
+        prism_along_x(0.049, 0.062, 0.0045, 0.0022),
+        rod((0.062, 0.0, 0.0045), (0.0690, 0.0, 0.0045), 0.0010),
         rod((-0.070, 0.0, 0.0045), (-0.062, 0.0, 0.0045), 0.0024, "cylinder"),
     ),
     source="hexagonal metal ballpoint pen, 140 x 9 mm, 12 g",
@@ -155,7 +158,7 @@ JAR = GraspObject(
     name="jar",
     front="any side",
     pieces=(
-        Piece("jar_coffee", 0.050, (0.30, 0.17, 0.09, 1.0), 0.1),
+        Piece("jar_coffee", 0.050, (0.36, 0.18, 0.07, 1.0), 0.1),
         Piece("jar_glass", 0.200, CLEAR_GLASS, 0.9),
     ),
     colliders=(upright_cylinder(0.036, 0.0, 0.082), upright_cylinder(0.0315, 0.082, 0.101)),
@@ -173,8 +176,8 @@ JAR = GraspObject(
             colliders=(upright_cylinder(0.0345, 0.088, 0.104),),
         ),
     ),
-    source="370 ml twist-off jar of 72 x 104 mm: 80 cm3 of soda-lime glass, 14 g tinplate lid; with "
-    "50 g of instant coffee, 240 kg/m3",
+    source="370 ml twist-off jar of 72 x 104 mm: 80 cm3 of soda-lime glass, 14 g tinplate lid; "
+    "with 50 g of instant coffee, 240 kg/m3",
     symmetry="z",
 )
 
@@ -230,20 +233,33 @@ PHONE_TODAY = GraspObject(
 )
 
 
-def _half_of_scissors(sign: int, bottom: float) -> tuple[Collider, ...]:
-    """Return loop, shank and blade; ``sign`` is the loop's side of the x axis."""
+def _half_of_scissors(sign: int, shank_bottom: float, blade_bottom: float) -> tuple[Collider, ...]:
+    """Return loop, shank and blade; ``sign`` is the loop's side of the x axis.
+
+    Of the loop only the far end stands on the table: three feet neither rock nor make many
+    contacts.
+    """
     angles = np.arange(13) * np.pi / 6
     loop = [
-        (-0.070 + 0.0242 * np.cos(angle), sign * (0.0225 + 0.0170 * np.sin(angle)), 0.0053)
-        for angle in angles
+        (-0.070 + 0.0242 * x, sign * (0.0225 + 0.0170 * y), 0.005 if x < -0.8 else 0.0053)
+        for x, y in zip(np.cos(angles), np.sin(angles), strict=True)
     ]
     shank = ((-0.046, 0.0085), (-0.046, 0.0255), (0.006, 0.0055), (0.016, -0.004), (0.004, -0.006))
-    blade = ((-0.004, -0.0065), (0.020, -0.0085), (0.060, -0.0055), (0.100, 0.0005), (0.010, 0.0045))
+    blade = (
+        (-0.004, -0.0065),
+        (0.020, -0.0085),
+        (0.060, -0.0055),
+        (0.100, 0.0005),
+        (0.010, 0.0045),
+    )
     return (
         *(rod(start, end, 0.005) for start, end in pairwise(loop)),
         *(
             hull([(x, sign * y, z) for x, y in outline for z in (bottom, bottom + thick)])
-            for outline, thick in ((shank, 0.0040), (blade, 0.0025))
+            for outline, bottom, thick in (
+                (shank, shank_bottom, 0.0048),
+                (blade, blade_bottom, 0.0020),
+            )
         ),
     )
 
@@ -256,7 +272,7 @@ SCISSORS = GraspObject(
         Piece("scissors_grip", 0.016, _GREEN, 0.4),
         Piece("scissors_blade", 0.025, STEEL, 0.9),
     ),
-    colliders=_half_of_scissors(-1, 0.0),
+    colliders=_half_of_scissors(-1, 0.0, 0.0025),
     links=(
         Link(
             Hinge(
@@ -271,10 +287,10 @@ SCISSORS = GraspObject(
                 Piece("scissors_moving_grip", 0.016, _GREEN, 0.4),
                 Piece("scissors_moving_blade", 0.025, STEEL, 0.9),
             ),
-            colliders=_half_of_scissors(1, 0.0035),
+            colliders=_half_of_scissors(1, 0.0047, 0.0047),
         ),
     ),
-    source="as scissors 037 of the YCB set: 200 x 87 mm, 82 g",
+    source="as scissors 037 of the YCB set: 200 x 87 mm, 82 g; 10.5 mm thick",
 )
 
 STAPLER = GraspObject(

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from handsim.errors import InputError
 from handsim.files import write_text
-from handsim.hand.grasp_object import Array
+from handsim.hand.grasp_object import TriangleMesh
 from handsim.hand.object_solids import MAKERS, surface
 
 
-def obj_text(name: str, vertices: Array, faces: Array) -> str:
+def obj_text(name: str, mesh: TriangleMesh) -> str:
     """Return a closed surface as a Wavefront OBJ file.
 
     Raises
@@ -23,19 +23,19 @@ def obj_text(name: str, vertices: Array, faces: Array) -> str:
     """
     import trimesh
 
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if not (mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0):
+    solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    if not (solid.is_watertight and solid.is_winding_consistent and solid.volume > 0):
         raise InputError(f"mesh '{name}' is not watertight; close its holes")
     rows = [f"# {name}, metres, z up"]
-    rows += [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in vertices]
-    rows += [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    rows += [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in mesh.vertices]
+    rows += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
     return "\n".join(rows) + "\n"
 
 
 def all_meshes() -> dict[str, str]:
     """Return the text of every mesh file by its name without suffix."""
     solids = {name: solid for maker in MAKERS for name, solid in maker().items()}
-    return {name: obj_text(name, *surface(solid)) for name, solid in solids.items()}
+    return {name: obj_text(name, surface(solid)) for name, solid in solids.items()}
 
 
 def main() -> None:

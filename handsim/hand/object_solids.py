@@ -8,9 +8,11 @@ from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 from manifold3d import CrossSection, Manifold, OpType
+from scipy.interpolate import make_interp_spline
 
-from handsim.hand.grasp_object import Array
+from handsim.hand.grasp_object import TriangleMesh
 
 Solids = dict[str, Manifold]
 Point2 = tuple[float, float]
@@ -30,9 +32,7 @@ def along_x(profile: Sequence[Point2], height: float, segments: int = 32) -> Man
     return lathe(profile, segments).rotate((0, 90, 0)).translate((0, 0, height))
 
 
-def rounded_box(
-    sides: Sequence[float], centre: Sequence[float], radius: float, segments: int = 16
-) -> Manifold:
+def rounded_box(sides: Point3, centre: Point3, radius: float, segments: int = 16) -> Manifold:
     """Return a box of full ``sides`` [m] with all edges rounded by ``radius``."""
     ball = Manifold.sphere(radius, segments)
     half = np.array(sides) / 2 - radius
@@ -67,6 +67,10 @@ def _outline(points: Sequence[Point2]) -> CrossSection:
     return CrossSection([corners if area > 0 else corners[::-1]])
 
 
+def _hull(points: npt.ArrayLike) -> Manifold:
+    return Manifold.hull_points(np.asarray(points, dtype=float))
+
+
 def _union(solids: Iterable[Manifold]) -> Manifold:
     return Manifold.batch_boolean(list(solids), OpType.Add)
 
@@ -94,9 +98,10 @@ def cup() -> Solids:
     floor = _arc((0.0305, 0.011), (0.006, 0.006), 0, -90, 7)
     vessel = [(0, 0), *foot, *rim, *floor, (0, 0.005)]
     cavity = [(0, 0.005), *reversed(floor), (0.0365, 0.083), (0, 0.083)]
-    curve = [(0.036, 0.066), (0.050, 0.0668), (0.060, 0.0625), (0.0655, 0.053), (0.0663, 0.044)]
-    curve += [(0.0645, 0.034), (0.0585, 0.0255), (0.049, 0.0195), (0.037, 0.0165)]
-    stamp = Manifold.sphere(0.0045, 20).scale((1.0, 1.25, 1.0))
+    knots = [(0.036, 0.066), (0.050, 0.0668), (0.060, 0.0625), (0.0655, 0.053), (0.0663, 0.044),
+             (0.0645, 0.034), (0.0585, 0.0255), (0.049, 0.0195), (0.037, 0.0165)]  # fmt: skip
+    curve = make_interp_spline(np.arange(len(knots)), knots)(np.linspace(0, len(knots) - 1, 25))
+    stamp = Manifold.sphere(0.0045, 16).scale((1.0, 1.25, 1.0))
     handle = swept([(x, 0.0, z) for x, z in curve], stamp) - lathe(cavity)
     return {"cup": lathe(vessel) + handle}
 
@@ -107,15 +112,13 @@ def ashtray() -> Solids:
     outside = [(0, 0), (0.048, 0), (0.050, 0.002)]
     bowl = lathe([*outside, *rim, (0.037, 0.0095), (0.035, 0.008), (0, 0.008)])
     rest = Manifold.cylinder(0.12, 0.0045, 0.0045, 20, True).rotate((90, 0, 0))
-    rests = _union(
-        rest.translate((0, 0, 0.0325)).rotate((0, 0, angle)) for angle in (45.0, 135.0)
-    )
+    rests = _union(rest.translate((0, 0, 0.0325)).rotate((0, 0, angle)) for angle in (45.0, 135.0))
     return {"ashtray": bowl - rests}
 
 
 def cube() -> Solids:
     """Wooden cube with 2 mm edges."""
-    return {"cube": rounded_box((0.055,) * 3, (0, 0, 0.0275), 0.002)}
+    return {"cube": rounded_box((0.055, 0.055, 0.055), (0, 0, 0.0275), 0.002)}
 
 
 def jar() -> Solids:
@@ -134,11 +137,11 @@ def hammer() -> Solids:
     """Locksmith's hammer on its side: square face to -y, peen to +y, oval handle along x."""
     low, high, middle = 0.1270, 0.1500, 0.1385
     body = block((low + 0.001, -0.031, 0.001), (high - 0.001, 0.014, 0.022))
-    face = Manifold.hull_points(
+    face = _hull(
         [(x, y, z) for y, cut in ((-0.030, 0.0), (-0.050, 0.0), (-0.0525, 0.002))
          for x in (low + cut, high - cut) for z in (cut, 0.023 - cut)]
     )  # fmt: skip
-    peen = Manifold.hull_points(
+    peen = _hull(
         [(x, y, z) for y, half in ((0.010, 0.0115), (0.050, 0.0035), (0.0525, 0.002))
          for x in (middle - half, middle + half) for z in (0.0, 0.023)]
     )  # fmt: skip
@@ -147,7 +150,7 @@ def hammer() -> Solids:
                 (0.152, 0.0095, 0.0080)]  # fmt: skip
     rings = [[(x, y, z + 0.0115) for y, z in _arc((0, 0), (a, b), 0, 345, 24)]
              for x, a, b in stations]  # fmt: skip
-    handle = _union(Manifold.hull_points([*a, *b]) for a, b in pairwise(rings))
+    handle = _union(_hull([*a, *b]) for a, b in pairwise(rings))
     return {"hammer_head": body + face + peen, "hammer_handle": handle}
 
 
@@ -156,10 +159,11 @@ def pen() -> Solids:
     half = 0.0045
     corner = half / np.cos(np.pi / 6)
     hexagon = [
-        (corner * np.sin(angle), half + corner * np.cos(angle)) for angle in (np.arange(6) + 0.5) * np.pi / 3
+        (corner * np.sin(angle), half + corner * np.cos(angle))
+        for angle in (np.arange(6) + 0.5) * np.pi / 3
     ]
     ends = [(x, scale) for x, scale in ((-0.062, 0.94), (-0.061, 1.0), (0.049, 1.0))]
-    barrel = Manifold.hull_points(
+    barrel = _hull(
         [(x, scale * y, half + scale * (z - half)) for x, scale in ends for y, z in hexagon]
     )
     cone = [(0, 0.048), (0.0040, 0.048), (0.0042, 0.050), (0.0014, 0.066), (0.0005, 0.0695)]
@@ -229,13 +233,13 @@ def scissors() -> Solids:
     ring -= _outline(_arc((-0.070, 0.0225), (0.0195, 0.0130), 0, 350, 36))
     loop = ring.extrude(0.010)
     shank = [(-0.046, 0.0085), (-0.046, 0.0255), (0.006, 0.0055), (0.016, -0.004), (0.004, -0.006)]
-    upper = loop + plate(shank, 0.0035, 0.0075)
-    lower = loop.mirror((0, 1, 0)) + plate(shank, 0.0, 0.0035).mirror((0, 1, 0))
+    upper = loop + plate(shank, 0.0047, 0.0095)
+    lower = (loop + plate(shank, 0.0, 0.0046)).mirror((0, 1, 0))
     blade = [(-0.012, 0.0055), (-0.004, -0.0065), (0.020, -0.0085), (0.060, -0.0055),
              (0.100, 0.0005), (0.096, 0.0020), (0.010, 0.0045)]  # fmt: skip
-    screw = Manifold.cylinder(0.0015, 0.0035, 0.003, 24).translate((*PIVOT, 0.0075))
-    cut = plate(blade, 0.0035, 0.0055)
-    fixed = plate(blade, 0.0, 0.0020).mirror((0, 1, 0))
+    screw = Manifold.cylinder(0.0015, 0.0035, 0.003, 24).translate((*PIVOT, 0.0090))
+    cut = plate(blade, 0.0047, 0.0067)
+    fixed = plate(blade, 0.0025, 0.0045).mirror((0, 1, 0))
     return {
         "scissors_grip": lower - fixed,
         "scissors_blade": fixed,
@@ -273,7 +277,7 @@ def mouse() -> Solids:
                 (0.038, 0.0100, 0.0065, -0.013)]  # fmt: skip
     angles = np.deg2rad(np.arange(0, 360, 7.5))
     rounded = [np.sign(f(angles)) * np.abs(f(angles)) ** 0.8 for f in (np.cos, np.sin)]
-    shape = Manifold.hull_points(
+    shape = _hull(
         np.vstack(
             [np.column_stack([c + a * rounded[0], b * rounded[1], np.full_like(angles, z)])
              for z, a, b, c in sections]
@@ -302,8 +306,8 @@ MAKERS: tuple[Callable[[], Solids], ...] = (
 """Every object's maker, in the order of Table I."""
 
 
-def surface(solid: Manifold) -> tuple[Array, Array]:
-    """Return vertices rounded to 1 micrometre and triangles, both in canonical order."""
+def surface(solid: Manifold) -> TriangleMesh:
+    """Return the surface: vertices rounded to 1 micrometre and triangles in canonical order."""
     mesh = solid.to_mesh64()
     points = np.round(np.asarray(mesh.vert_properties)[:, :3], 6) + 0.0
     vertices, index = np.unique(points, axis=0, return_inverse=True)
@@ -311,4 +315,5 @@ def surface(solid: Manifold) -> tuple[Array, Array]:
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     first = faces.argmin(axis=1)
     faces = np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)
-    return vertices, faces[np.lexsort(faces.T[::-1])]
+    order = np.lexsort(faces.T[::-1])
+    return TriangleMesh(vertices.astype(np.float64), faces[order].astype(np.int32))

@@ -4,21 +4,25 @@ Contact is between convex pieces (geom group 3); what is seen, and what carries 
 are watertight meshes (group 2) read from ``assets/objects``. MuJoCo integrates each mesh's
 inertia exactly.
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import data_folder
 from handsim.hand.grasp_object import Collider, GraspObject, Hinge, Piece, TriangleMesh
 from handsim.hand.object_catalogue import OBJECTS
+from handsim.hand.object_import import object_from_mesh
 
-__all__ = ["OBJECTS", "add_object", "object_by_name", "read_mesh"]
+__all__ = ["OBJECTS", "add_object", "object_by_name", "object_from_mesh", "read_mesh"]
 
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
 """Geom groups as in mujoco_menagerie: 2 is drawn, 3 takes part in contact."""
@@ -55,7 +59,7 @@ def add_object(
     spec: mujoco.MjSpec,
     grasp_object: GraspObject,
     *,
-    pos: Sequence[float] = (0.0, 0.0, 0.0),
+    pos: npt.ArrayLike = (0.0, 0.0, 0.0),
     yaw: float = 0.0,
     start: Mapping[str, float] = MappingProxyType({}),
     mass_scale: float = 1.0,
@@ -163,6 +167,7 @@ def _add_hinge(spec: mujoco.MjSpec, body: mujoco.MjsBody, hinge: Hinge, start: f
             f"hinge '{hinge.name}' cannot start at {np.rad2deg(start):g} deg;"
             f" its range is {lower:g} to {upper:g} deg"
         )
+    unit = np.rad2deg if spec.compiler.degree else np.float64  # what the scene counts angles in
     axis, anchor = np.array(hinge.axis), np.array(hinge.anchor)
     turn = Rotation.from_rotvec(axis * start)
     body.quat = turn.as_quat(scalar_first=True)
@@ -172,11 +177,11 @@ def _add_hinge(spec: mujoco.MjSpec, body: mujoco.MjsBody, hinge: Hinge, start: f
         type=mujoco.mjtJoint.mjJNT_HINGE,
         axis=hinge.axis,
         pos=hinge.anchor,
-        ref=start,
+        ref=unit(start),
         limited=True,
-        range=np.deg2rad(hinge.range_deg),
+        range=unit(np.deg2rad(hinge.range_deg)),
         stiffness=hinge.stiffness,
-        springref=np.deg2rad(hinge.rest_deg),
+        springref=unit(np.deg2rad(hinge.rest_deg)),
         damping=hinge.damping,
         frictionloss=hinge.friction,
         armature=1e-6,

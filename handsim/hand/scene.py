@@ -3,6 +3,8 @@
 World frame: z up, table top at z = 0, origin at the middle of the region in which things are
 grasped; the person sits at -x and looks to +x.
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections.abc import Sequence
 

@@ -1,0 +1,162 @@
+import builtins
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from handsim.errors import FileError, InputError, MissingToolError
+from handsim.hand.grasp_object import GraspObject
+from handsim.hand.object_import import MAX_HULL_POINTS, object_from_mesh
+from handsim.hand.scene import build_scene
+
+
+def saved(mesh: trimesh.Trimesh, path: Path) -> Path:
+    mesh.export(path)
+    return path
+
+
+def bracket() -> trimesh.Trimesh:
+    """Return an L of 60 x 60 x 20 mm and 20 mm thick, closed."""
+    outline = np.array([[0, 0], [60, 0], [60, 20], [20, 20], [20, 60], [0, 60]]) / 1000
+    lower = np.column_stack([outline, np.zeros(6)])
+    upper = np.column_stack([outline, np.full(6, 0.02)])
+    caps = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+    sides = [
+        row
+        for i, j in zip(range(6), [1, 2, 3, 4, 5, 0], strict=True)
+        for row in ([i, j, j + 6], [i, j + 6, i + 6])
+    ]
+    return trimesh.Trimesh(
+        np.vstack([lower, upper]), np.vstack([caps[:, ::-1], caps + 6, sides]), process=False
+    )
+
+
+def rest(thing: GraspObject, seconds: float = 1.0) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = build_scene(thing, with_hand=False).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+    return model, data
+
+
+@pytest.mark.parametrize("kind", ["obj", "stl", "ply", "off"])
+def test_a_box_of_any_format_becomes_an_object_that_stands(tmp_path: Path, kind: str) -> None:
+    mesh = trimesh.creation.box((40, 60, 80)).apply_translation((100, 0, 7))
+    path = saved(mesh, tmp_path / f"thing.{kind}")
+    thing = object_from_mesh(path, 0.2, scale=0.001)
+    assert (thing.name, thing.mass, len(thing.colliders)) == ("thing", 0.2, 1)
+    model, data = rest(thing)
+    np.testing.assert_allclose(data.qpos[:3], 0, atol=1e-4)
+    inertia = 0.2 / 12 * np.array([0.04**2 + 0.06**2, 0.04**2 + 0.08**2, 0.06**2 + 0.08**2])
+    np.testing.assert_allclose(np.sort(model.body("object").inertia), inertia, rtol=1e-5)
+
+
+def test_a_fine_convex_mesh_gets_one_thinned_hull(tmp_path: Path) -> None:
+    path = saved(trimesh.creation.icosphere(5, 0.03), tmp_path / "ball.ply")
+    (collider,) = object_from_mesh(path, 0.1).colliders
+    assert len(collider.points) <= MAX_HULL_POINTS
+    centred = np.array(collider.points) - [0, 0, 0.03]
+    np.testing.assert_allclose(np.linalg.norm(centred, axis=1), 0.03, rtol=1e-3)
+
+
+def test_a_concave_mesh_is_decomposed_the_same_way_each_time(tmp_path: Path) -> None:
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    first, second = (object_from_mesh(path, 0.1).colliders for _ in range(2))
+    assert first == second
+    assert len(first) >= 2
+    for collider in first:  # no piece fills the notch
+        assert not trimesh.convex.convex_hull(np.array(collider.points)).contains(
+            [[0.02, 0.02, 0.01]]
+        )
+    _, data = rest(object_from_mesh(path, 0.1))
+    np.testing.assert_allclose(data.qpos[:3], 0, atol=1e-3)
+
+
+def test_without_the_decomposer_the_command_that_installs_it_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    load = builtins.__import__
+
+    def without_coacd(name: str, *args: object, **kwargs: object) -> object:
+        if name == "coacd":
+            raise ImportError(name)
+        return load(name, *args, **kwargs)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", without_coacd)
+    with pytest.raises(MissingToolError, match="pip install coacd"):
+        object_from_mesh(path, 0.1)
+
+
+def test_a_mesh_with_a_hole_is_refused_by_name(tmp_path: Path) -> None:
+    mesh = trimesh.creation.box((0.04, 0.04, 0.04))
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    path = saved(mesh, tmp_path / "holey.stl")
+    with pytest.raises(FileError, match=r"holey\.stl: the mesh is not watertight"):
+        object_from_mesh(path, 0.1)
+
+
+def test_a_mesh_turned_inside_out_is_turned_back(tmp_path: Path) -> None:
+    mesh = trimesh.creation.box((0.04, 0.04, 0.04))
+    mesh.invert()
+    model, _ = rest(object_from_mesh(saved(mesh, tmp_path / "out.stl"), 0.1), 0.01)
+    assert model.body("object").mass[0] == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("none.stl", None, "no such file"),
+        ("scene.glb", b"x", "format 'glb' is not one of obj, stl, ply, off"),
+        ("cut.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "not a readable"),
+        ("words.obj", b"just some words\n", "holds no surface|not a readable"),
+        (
+            "bad.obj",
+            b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+            "finite|not a readable|holds no surface",
+        ),
+        (
+            "flat.obj",
+            b"v 0 0 0\nv .1 0 0\nv 0 .1 0\nv .1 .1 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n",
+            "encloses no volume|not watertight",
+        ),
+        ("empty.off", b"", "not a readable|holds no surface"),
+    ],
+)
+def test_files_that_are_no_closed_mesh_are_named(
+    tmp_path: Path, name: str, content: bytes | None, message: str
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(FileError, match=message) as caught:
+        object_from_mesh(tmp_path / name, 0.1)
+    assert name in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("mass", "scale", "message"),
+    [
+        (0.0, 1.0, "mass 0 kg"),
+        (-1.0, 1.0, "mass -1 kg"),
+        (200.0, 1.0, "mass 200 kg"),
+        (np.nan, 1.0, "mass nan kg"),
+        (0.1, 0.0, "scale 0 is not positive"),
+        (0.1, np.nan, "scale nan"),
+        (0.1, 1000.0, "longest side is 40 m"),
+    ],
+)
+def test_mass_and_size_out_of_range_are_refused(
+    tmp_path: Path, mass: float, scale: float, message: str
+) -> None:
+    path = saved(trimesh.creation.box((0.04, 0.04, 0.04)), tmp_path / "box.stl")
+    with pytest.raises(InputError, match=message):
+        object_from_mesh(path, mass, scale=scale)
+
+
+def test_materials_of_a_file_are_not_followed(tmp_path: Path) -> None:
+    box = trimesh.creation.box((0.04, 0.04, 0.04)).export(file_type="obj")
+    (tmp_path / "box.obj").write_text("mtllib /etc/passwd\n" + str(box), encoding="utf-8")
+    assert len(object_from_mesh(tmp_path / "box.obj", 0.1).colliders) == 1
