@@ -51,12 +51,13 @@ def say_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write a table; the first column is text, the others are aligned to the right."""
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=None, pad_edge=False)
     for i, title in enumerate(header):
-        table.add_column(title, justify="left" if i == 0 else "right", no_wrap=True)
+        table.add_column(Text(title), justify="left" if i == 0 else "right", no_wrap=True)
     for row in rows:
-        table.add_row(*(str(cell) for cell in row))
+        table.add_row(*(Text(str(cell)) for cell in row))
     Console(file=sys.stdout, width=160, highlight=False).print(table)
 
 

@@ -101,18 +101,41 @@ def palm_pose(hand: HandModel) -> Pose:
     return Pose(palm.xpos.copy(), palm.xquat.copy())
 
 
-def forearm_for(model: mujoco.MjModel, palm: Pose, q: Array) -> Pose:
-    """Return the forearm's pose that brings the palm to ``palm`` at the wrist angles of ``q``.
+class Wrist:
+    """Puts the forearm where a palm pose and wrist angles need it.
 
     Without it, wrist angles that differ from those of the plan would carry the palm away.
+
+    Parameters
+    ----------
+    model
+        A model with a hand in it.
     """
-    body = model.body("palm")
-    turn = Rotation.from_quat(body.quat, scalar_first=True)
-    for name in WRIST:
-        angle = q[JOINT_INDEX[name]]
-        turn = turn * Rotation.from_rotvec(angle * model.joint(name).axis)
-    rotation = palm.rotation * turn.inv()
-    return Pose(palm.pos - rotation.apply(body.pos), rotation.as_quat(scalar_first=True))
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        palm = model.body("palm")
+        self._pos, self._quat = palm.pos.copy(), palm.quat.copy()
+        self._joints = [(JOINT_INDEX[name], model.joint(name).axis.copy()) for name in WRIST]
+
+    def forearm(self, palm_pos: Array, palm_quat: Array, q: Array) -> tuple[Array, Array]:
+        """Return position (3,) [m] and orientation (4,) of the forearm for a palm pose.
+
+        Parameters
+        ----------
+        palm_pos, palm_quat : (3,) [m], (4,)
+        q : (22,) [rad]
+            Posture; only the wrist angles count.
+        """
+        bent, turn, rotated = self._quat.copy(), np.empty(4), np.empty(4)
+        for index, axis in self._joints:
+            mujoco.mju_axisAngle2Quat(turn, axis, q[index])
+            mujoco.mju_mulQuat(rotated, bent, turn)
+            bent[:] = rotated
+        mujoco.mju_negQuat(turn, bent)
+        quat, offset = np.empty(4), np.empty(3)
+        mujoco.mju_mulQuat(quat, palm_quat, turn)
+        mujoco.mju_rotVecQuat(offset, self._pos, quat)
+        return palm_pos - offset, quat
 
 
 def _frame(axis: Array, facing: Array) -> Array:

@@ -16,7 +16,7 @@ from handsim.hand.model import HandModel
 from handsim.hand.objects import object_by_name
 from handsim.hand.scene import build_scene
 from handsim.joints import LOWER, UPPER
-from handsim.simulation.alignment import forearm_for
+from handsim.simulation.alignment import Wrist
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.drivers import Driver
 from handsim.simulation.glove import RATE, DataGlove
@@ -139,19 +139,16 @@ def simulate(
     """
     glove = glove or DataGlove()
     schedule = schedule or schedule_for(stage.task)
-    run = _Run(stage, plan, schedule)
     generator = np.random.default_rng(stage.conditions.seed)
-    shaking = _shaking(stage.conditions, schedule, generator)
+    run = _Run(stage, plan, schedule, generator)
     model, data = stage.hand.model, stage.hand.data
     substeps = round(1.0 / (RATE * model.opt.timestep))
     arrived = False
-    for tick in range(round(schedule.end * RATE) + 1):
-        time = tick / RATE
+    for tick, time in enumerate(run.times.tolist()):
         reading = glove.read(stage.hand.q, generator)
         if time <= schedule.reach:
             arrived = driver.arrived(reading)
-        targets = driver.targets(time, reading) + run.added(time)
-        run.command(time, targets, shaking(time))
+        run.command(tick, driver.targets(time, reading))
         run.record(time, reading, driver.coordinates(reading))
         mujoco.mj_step(model, data, nstep=substeps)
         if run.diverged():
@@ -162,36 +159,40 @@ def simulate(
 class _Run:
     """State and traces of one run."""
 
-    def __init__(self, stage: Stage, plan: GraspPlan, schedule: Schedule) -> None:
-        self.stage, self.plan, self.schedule = stage, plan, schedule
+    def __init__(
+        self, stage: Stage, plan: GraspPlan, schedule: Schedule, generator: np.random.Generator
+    ) -> None:
+        self.stage, self.schedule = stage, schedule
         self.model, self.data = stage.hand.model, stage.hand.data
         mujoco.mj_resetData(self.model, self.data)
         yaw = np.deg2rad(stage.task.yaw_deg)
         expected = Rotation.from_euler("z", yaw).as_quat(scalar_first=True)
-        self.path = PalmPath(plan, stage.task, schedule, Pose(np.zeros(3), expected))
-        self.squeeze = squeeze_offset(plan.squeeze)
+        path = PalmPath(plan, stage.task, schedule, Pose(np.zeros(3), expected))
+        self.times = np.arange(round(schedule.end * RATE) + 1) / RATE
+        self.palm_pos, self.palm_quat = path.poses(self.times)
+        self.palm_pos += _shaking(self.times, stage.conditions.shake, schedule, generator)
+        strength = ramp(self.times, schedule.squeeze_start, schedule.squeeze)
+        self.added = strength[:, None] * squeeze_offset(plan.squeeze) + path.flexions(self.times)
+        self.wrist = Wrist(self.model)
         self.samples: dict[str, list[Array | float]] = {}
-        self._place_hand()
+        self._place_hand(plan.q_start)
 
-    def _place_hand(self) -> None:
+    def _place_hand(self, q_start: Array) -> None:
         """Put hand and forearm at the start, at rest."""
-        base = forearm_for(self.model, self.path.at(0.0), self.plan.q_start)
         free = self.data.joint("forearm")
-        free.qpos[:] = np.concatenate([base.pos, base.quat])
-        self.stage.hand.set_posture(self.plan.q_start)
+        free.qpos[:3], free.qpos[3:] = self.wrist.forearm(
+            self.palm_pos[0], self.palm_quat[0], q_start
+        )
+        self.stage.hand.set_posture(q_start)
 
-    def added(self, time: float) -> Array:
-        """What squeeze and single fingers' movements add to the targets, (22,) [rad]."""
-        strength = ramp(time, self.schedule.squeeze_start, self.schedule.squeeze)
-        return strength * self.squeeze + self.path.flexion(time)
-
-    def command(self, time: float, targets: Array, shift: Array) -> None:
-        """Set the actuators' targets and the forearm's."""
-        ctrl = np.clip(targets, LOWER, UPPER)
-        self.data.ctrl[self.stage.hand.ctrl_index] = ctrl
-        base = forearm_for(self.model, self.path.at(time).moved(shift), ctrl)
-        self.data.mocap_pos[self.stage.mocap] = base.pos
-        self.data.mocap_quat[self.stage.mocap] = base.quat
+    def command(self, tick: int, targets: Array) -> None:
+        """Set the actuators' targets, squeeze included, and the forearm's."""
+        data, mocap = self.data, self.stage.mocap
+        ctrl = np.clip(targets + self.added[tick], LOWER, UPPER)
+        data.ctrl[self.stage.hand.ctrl_index] = ctrl
+        data.mocap_pos[mocap], data.mocap_quat[mocap] = self.wrist.forearm(
+            self.palm_pos[tick], self.palm_quat[tick], ctrl
+        )
 
     def record(self, time: float, reading: Array, z: Array) -> None:
         """Keep a sample of everything."""
@@ -283,25 +284,17 @@ def _parts(model: mujoco.MjModel) -> npt.NDArray[np.intp]:
 
 
 def _shaking(
-    conditions: Conditions, schedule: Schedule, generator: np.random.Generator
-) -> "_Shaking":
+    times: Array, acceleration: float, schedule: Schedule, generator: np.random.Generator
+) -> Array:
+    """Return a horizontal shake of the hand in the hold, in a random direction, (n, 3) [m].
+
+    ``acceleration`` is its amplitude [m/s^2].
+    """
     angle = generator.uniform(0.0, 2 * np.pi)
-    return _Shaking(conditions.shake, schedule.hold_start, float(angle))
-
-
-@dataclass(frozen=True)
-class _Shaking:
-    """Horizontal shaking of the base during the hold, of given acceleration amplitude."""
-
-    acceleration: float
-    start: float
-    angle: float
-
-    def __call__(self, time: float) -> Array:
-        omega = 2 * np.pi * SHAKE_FREQUENCY
-        swell = ramp(time, self.start, 0.5)
-        size = swell * self.acceleration / omega**2 * np.sin(omega * (time - self.start))
-        return size * np.array([np.cos(self.angle), np.sin(self.angle), 0.0])
+    omega = 2 * np.pi * SHAKE_FREQUENCY
+    since = times - schedule.hold_start
+    swing = ramp(since, 0.0, 0.5) * acceleration / omega**2 * np.sin(omega * since)
+    return swing[:, None] * np.array([np.cos(angle), np.sin(angle), 0.0])
 
 
 def _phases(schedule: Schedule) -> tuple[Phase, ...]:

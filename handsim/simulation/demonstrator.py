@@ -18,7 +18,7 @@ from handsim.simulation.alignment import align_palm, close_to_width, opposition
 from handsim.simulation.closed_loop import Stage, simulate
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.drivers import ScriptedDriver
-from handsim.simulation.plan import GraspPlan, schedule_for
+from handsim.simulation.plan import GraspPlan, Pose, schedule_for
 from handsim.simulation.rollout import Rollout
 
 Array = npt.NDArray[np.float64]
@@ -151,8 +151,20 @@ def plan_for(task: Task, hand: HandModel) -> tuple[GraspPlan, Array]:
     approach = np.array(task.grasp.approach)
     palm = palm.moved(closing.sink * approach)
     q_goal = clip_to_range(q_touch + closing.beyond * (closing.shut - closing.open))
-    plan = GraspPlan(palm, -RETREAT * approach, REST, q_goal, closing.squeeze)
+    plan = GraspPlan(palm, _retreat(task, palm), REST, q_goal, closing.squeeze)
     return plan, closing.open
+
+
+def _retreat(task: Task, palm: Pose) -> Array:
+    """Return where the palm comes from, (3,) [m] in the object frame.
+
+    Straight against the approach, except for grasps from the side: there the hand comes from
+    behind as well, so that the thumb does not knock the object over.
+    """
+    back = -np.array(task.grasp.approach)
+    if task.grasp.kind == "side":
+        back = back - palm.rotation.apply([1.0, 0.0, 0.0])
+    return RETREAT * back / np.linalg.norm(back)
 
 
 def demonstrate(task: Task, conditions: Conditions) -> Rollout:

@@ -41,9 +41,8 @@ class Pose:
 class Schedule:
     """Durations of the phases of a grasp [s].
 
-    People's reaches to graspable objects take about a second, and the hand is at the object when
-    about two thirds of it have passed, while the fingers still close (M. Jeannerod 1984,
-    J. Mot. Behav. 16(3):235-254).
+    People's reaches to graspable objects take about a second, and the hand comes to the object
+    while the fingers still close (M. Jeannerod 1984, J. Mot. Behav. 16(3):235-254).
 
     Attributes
     ----------
@@ -62,7 +61,7 @@ class Schedule:
     steps: tuple[float, ...]
     hold: float
     reach: float = 1.2
-    arrive: float = 0.75
+    arrive: float = 0.85
     squeeze: float = 0.5
 
     @property
@@ -127,38 +126,44 @@ class PalmPath:
     schedule: Schedule
     object_pose: Pose
 
-    def at(self, time: float) -> Pose:
-        """Pose of the palm in the world at ``time`` [s]."""
-        back = 1.0 - ramp(time, 0.0, self.schedule.arrive * self.schedule.reach)
-        approaching = self.object_pose @ self.plan.palm.moved(back * self.plan.retreat)
-        return self._carried(time) @ approaching
+    def poses(self, times: Array) -> tuple[Array, Array]:
+        """Return the palm's positions (n, 3) [m] and orientations (n, 4) in the world at times."""
+        back = 1.0 - ramp(times, 0.0, self.schedule.arrive * self.schedule.reach)
+        grasp = self.object_pose @ self.plan.palm
+        retreat = self.object_pose.rotation.apply(self.plan.retreat)
+        shift, turn = self._carried(times)
+        pos = shift + turn.apply(grasp.pos + back[:, None] * retreat)
+        return pos, (turn * grasp.rotation).as_quat(scalar_first=True)
 
-    def flexion(self, time: float) -> Array:
-        """Flexion that the task's steps add to single fingers, (22,) [rad]."""
-        flexion = np.zeros(N_JOINTS)
+    def at(self, time: float) -> Pose:
+        """Return the palm's pose in the world at ``time`` [s]."""
+        pos, quat = self.poses(np.array([time]))
+        return Pose(pos[0], quat[0])
+
+    def flexions(self, times: Array) -> Array:
+        """Return the flexion that the task's steps add to single fingers, (n, 22) [rad]."""
+        flexion = np.zeros((len(times), N_JOINTS))
         for step, start in self._steps():
+            added = np.deg2rad(step.angle_deg) * ramp(times, start, step.seconds)
             for finger in step.flex:
-                added = np.deg2rad(step.angle_deg) * ramp(time, start, step.seconds)
-                flexion[JOINT_INDEX[f"{finger}_mcp"]] += added
+                flexion[:, JOINT_INDEX[f"{finger}_mcp"]] += added
         return flexion
 
-    def _carried(self, time: float) -> Pose:
-        """Rigid motion of palm and object since the squeeze, in the world."""
-        carried = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    def _carried(self, times: Array) -> tuple[Array, Rotation]:
+        """Return the rigid motion of palm and object since the squeeze: shift (n, 3) and turn."""
+        shift, turn = np.zeros((len(times), 3)), Rotation.identity(len(times))
         grasp_point = self.object_pose.pos + self.object_pose.rotation.apply(self.task.grasp.point)
         for step, start in self._steps():
-            part = ramp(time, start, step.seconds)
-            if part == 0.0:
-                break
-            angle = 0.0 if step.flex else np.deg2rad(step.angle_deg) * part
-            axis = np.array(step.axis)
+            part = ramp(times, start, step.seconds)[:, None]
+            axis = np.tile(step.axis, (len(times), 1))
             if step.own_axis:
-                axis = (carried.rotation * self.object_pose.rotation).apply(axis)
-            turn = Rotation.from_rotvec(angle * axis)
-            point = carried.pos + carried.rotation.apply(grasp_point)
-            shift = point - turn.apply(point) + part * np.array(step.shift)
-            carried = Pose(shift, turn.as_quat(scalar_first=True)) @ carried
-        return carried
+                axis = (turn * self.object_pose.rotation).apply(axis)
+            angle = 0.0 if step.flex else np.deg2rad(step.angle_deg)
+            added = Rotation.from_rotvec(part * angle * axis)
+            point = shift + turn.apply(grasp_point)
+            shift = point + part * np.array(step.shift) + added.apply(shift - point)
+            turn = added * turn
+        return shift, turn
 
     def _steps(self) -> Iterator[tuple[Step, float]]:
         start = self.schedule.action_start

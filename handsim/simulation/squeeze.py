@@ -37,12 +37,12 @@ def squeeze_offset(strength: float = 1.0) -> Array:
     return offset
 
 
-def ramp(time: float, start: float, duration: float) -> float:
+def ramp(times: npt.ArrayLike, start: float, duration: float) -> Array:
     """Return a smooth 0 to 1 between ``start`` and ``start + duration`` [s] (minimum jerk).
 
     References
     ----------
     T. Flash & N. Hogan (1985), J. Neurosci. 5(7):1688-1703.
     """
-    s = min(max((time - start) / duration, 0.0), 1.0)
+    s = np.clip((np.asarray(times, dtype=float) - start) / duration, 0.0, 1.0)
     return s**3 * (10 - 15 * s + 6 * s**2)

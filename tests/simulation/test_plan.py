@@ -60,14 +60,14 @@ def test_drinking_turns_the_palm_as_the_task_says(plan):
 def test_the_palm_moves_without_jumps(plan):
     palm = path(plan, "tall-glass-drink")
     times = np.arange(0.0, palm.schedule.end, 0.01)
-    steps = np.diff([palm.at(time).pos for time in times], axis=0)
+    steps = np.diff(palm.poses(times)[0], axis=0)
     assert 0.001 < np.linalg.norm(steps, axis=1).max() < 0.02
 
 
 def test_clicking_flexes_one_finger(plan):
     palm = path(plan, "mouse-left-click")
     times = np.linspace(0.0, palm.schedule.hold_start, 200)
-    moved = np.max([np.abs(palm.flexion(time)) for time in times], axis=0)
+    moved = np.abs(palm.flexions(times)).max(axis=0)
     wanted = max(step.angle_deg for step in palm.task.steps)
     assert moved[JOINT_INDEX["index_mcp"]] == pytest.approx(np.deg2rad(wanted), rel=0.05)
     assert np.count_nonzero(moved) == 1
