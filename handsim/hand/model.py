@@ -55,18 +55,13 @@ PASSING_PAIRS: tuple[tuple[str, str], ...] = (
     ("forearm", "thumb_metacarpal"),
     ("palm", "thumb_proximal"),
     ("palm", "ring_proximal"),
-    ("palm", "little_proximal"),
-    ("palm_ulnar", "index_proximal"),
-    ("palm_ulnar", "middle_proximal"),
-    ("palm_ulnar", "thumb_metacarpal"),
-    ("palm_ulnar", "thumb_proximal"),
-    ("thumb_metacarpal", "index_proximal"),
-    ("index_proximal", "middle_proximal"),
     ("middle_proximal", "ring_proximal"),
-    ("ring_proximal", "little_proximal"),
 )
-"""Bodies whose flesh is continuous or folds, and which do not collide. Bodies that share a joint
-never do, except where the forearm is part of the world."""
+"""Bodies whose flesh is continuous or folds where they meet, and which therefore do not collide.
+
+Bodies that share a joint never do, except where the forearm is part of the world. The middle and
+ring fingers are closest, and the palm arch turns the one into the other.
+"""
 
 
 def build_hand(

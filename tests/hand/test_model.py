@@ -1,10 +1,8 @@
-from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.hand.anthropometry import hand_geometry, segment_names
@@ -36,12 +34,6 @@ def hand() -> HandModel:
 def deepest(hand: HandModel) -> float:
     """Deepest penetration in the present state [m], 0 if nothing touches."""
     return -min((contact.dist for contact in hand.data.contact), default=0.0)
-
-
-def gap(hand: HandModel, first: str, second: str) -> float:
-    """Distance between two ellipsoids [m], negative if they overlap."""
-    ids = [hand.model.geom(f"{name}_geom").id for name in (first, second)]
-    return mujoco.mj_geomDistance(hand.model, hand.data, *ids, 0.1, None)
 
 
 def run(hand: HandModel, seconds: float) -> None:
@@ -166,88 +158,12 @@ def test_left_hand_is_the_exact_mirror_image(preset):
             assert np.allclose(
                 getattr(left.data, kind), getattr(right.data, kind) * flip, rtol=0, atol=1e-12
             )
-        turned = right.data.xmat.reshape(-1, 3, 3) * np.outer(flip, flip)
-        assert np.allclose(left.data.xmat.reshape(-1, 3, 3), turned, rtol=0, atol=1e-12)
+        for kind in ("xmat", "geom_xmat", "site_xmat"):
+            turned = getattr(right.data, kind).reshape(-1, 3, 3) * np.outer(flip, flip)
+            assert np.allclose(
+                getattr(left.data, kind).reshape(-1, 3, 3), turned, rtol=0, atol=1e-12
+            )
     assert np.allclose(left.model.body_mass, right.model.body_mass, rtol=1e-12)
-
-
-# --- the thumb and the named postures ----------------------------------------------------------
-
-
-def bring_together(hand: HandModel, finger: str, cost: Callable[[], float]) -> None:
-    """Move thumb, finger and palm arch to a posture of small cost."""
-    free = [i for i, joint in enumerate(JOINTS) if joint.finger in ("thumb", finger)]
-    free.append(JOINT_INDEX["palm_arch"])
-    start = np.zeros(22)
-    for name in ("rotation", "abduction", "mcp", "ip"):
-        start[JOINT_INDEX[f"thumb_{name}"]] = {"rotation": 1.5}.get(name, 0.35)
-    for name in ("mcp", "pip", "dip"):
-        start[JOINT_INDEX[f"{finger}_{name}"]] = {"dip": 0.4}.get(name, 0.85)
-
-    def of(x: np.ndarray) -> float:
-        q = start.copy()
-        q[free] = x
-        hand.set_posture(q)
-        return cost()
-
-    bounds = list(zip(LOWER[free], UPPER[free], strict=True))
-    of(minimize(of, start[free], bounds=bounds, method="L-BFGS-B").x)
-
-
-@pytest.mark.parametrize("finger", FINGERS[1:])
-def test_thumb_reaches_every_fingertip(hand, finger):
-    """Within 8 mm, which is less than a fingertip's breadth, and without crossing it."""
-    number = FINGERS.index(finger)
-
-    def distance() -> float:
-        return float(np.linalg.norm(hand.fingertips()[0] - hand.fingertips()[number]))
-
-    def cost() -> float:
-        touching = gap(hand, "thumb_distal", f"{finger}_distal")
-        return (max(0.0, distance() - 0.007) / 1e-3) ** 2 + (touching / 1e-3) ** 2
-
-    bring_together(hand, finger, cost)
-    assert distance() < 0.008
-    assert deepest(hand) < 0.002
-
-
-@pytest.mark.parametrize("finger", FINGERS[1:])
-def test_pad_of_the_thumb_faces_every_fingers_pad(hand, finger):
-    number = FINGERS.index(finger)
-
-    def measure() -> tuple[float, float]:
-        pads, normals = hand.pads()
-        return float(np.linalg.norm(pads[0] - pads[number])), float(normals[0] @ normals[number])
-
-    def cost() -> float:
-        meet, along = measure()
-        return (meet / 2e-3) ** 2 + 5 * (1 + along)
-
-    bring_together(hand, finger, cost)
-    meet, along = measure()
-    assert meet < 0.002
-    assert along < -np.cos(np.deg2rad(45))
-
-
-@pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize("side", SIDES)
-def test_named_postures_do_not_cross_themselves(preset, side):
-    hand = HandModel.from_spec(build_hand(*PRESETS[preset], side=side))
-    for q in POSTURES.values():
-        hand.set_posture(q)
-        assert deepest(hand) < 0.002
-
-
-def test_pinch_tripod_and_fist_are_what_they_are_called(hand):
-    hand.set_posture(POSTURES["pinch"])
-    assert abs(gap(hand, "thumb_distal", "index_distal")) < 0.002
-    assert gap(hand, "thumb_distal", "middle_distal") > 0.01
-    hand.set_posture(POSTURES["tripod"])
-    for finger in ("index", "middle"):
-        assert abs(gap(hand, "thumb_distal", f"{finger}_distal")) < 0.002
-    hand.set_posture(POSTURES["fist"])
-    assert np.all(hand.fingertips()[1:, 0] < 0.35 * 0.1933), "fingertips back at the palm"
-    assert abs(gap(hand, "thumb_distal", "middle_middle")) < 0.002
 
 
 # --- motion ------------------------------------------------------------------------------------

@@ -94,3 +94,13 @@ def test_positive_angles_move_the_fingertip_this_way(joint, finger, direction):
     hand.set_posture(q)
     moved = hand.fingertips()[FINGERS.index(finger)] - before
     assert moved @ direction > 0.8 * np.linalg.norm(moved[1:]) > 0
+
+
+def test_pads_face_palmar_and_the_thumbs_ulnar_in_the_flat_hand():
+    hand = HandModel.from_spec(build_hand())
+    hand.set_posture(np.zeros(22))
+    places, normals = hand.pads()
+    assert np.allclose(normals[1:], [0, 0, -1])
+    assert normals[0, 1] < -0.8
+    below = hand.fingertips()[1:, 2] - places[1:, 2]
+    assert np.all((below > 0.005) & (below < 0.010))
