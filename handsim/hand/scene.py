@@ -95,7 +95,7 @@ def build_scene(
         _add_grasp_site(body, task.grasp)
         if task.held:
             _hold(spec)
-        pos, quat = start_pose(task, hand_length, place, yaw)
+        pos, quat = start_pose(task, hand_length)
     else:
         add_object(spec, target, pos=place, yaw=turn, mass_scale=mass_scale)
         pos, quat = np.array([-0.30, -0.15, 0.15]), np.array([1.0, 0.0, 0.0, 0.0])
@@ -114,17 +114,15 @@ def build_scene(
     return spec
 
 
-def start_pose(
-    task: Task, hand_length: float, place: Array, yaw: float, distance: float = 0.14
-) -> tuple[Array, Array]:
+def start_pose(task: Task, hand_length: float, distance: float = 0.14) -> tuple[Array, Array]:
     """Return where the wrist waits: aligned with the grasp, ``distance`` before it.
 
     Parameters
     ----------
     task
-        Already mirrored for the hand's side.
-    place, yaw
-        Pose of the object frame in the world, (3,) [m], [rad].
+        Already mirrored for the hand's side; its object is taken to be in its usual place.
+    hand_length
+        [m].
     distance
         From the grasp point to the palm along the approach [m].
 
@@ -133,10 +131,10 @@ def start_pose(
     pos, quat
         Wrist position (3,) [m] and orientation (w, x, y, z) in the world.
     """
-    to_world = Rotation.from_euler("z", yaw)
+    to_world = Rotation.from_euler("z", np.deg2rad(task.yaw_deg))
     hand = to_world * Rotation.from_matrix(hand_axes(task.grasp))
     distal, _, dorsal = hand.as_matrix().T
-    point = place + to_world.apply(np.array(task.grasp.point))
+    point = to_world.apply(np.array(task.grasp.point))
     pos = point + distance * dorsal - 0.55 * hand_length * distal
     pos[2] = max(pos[2], 0.06)
     return pos, hand.as_quat(scalar_first=True)

@@ -56,8 +56,9 @@ def _click(button: str, finger: Finger) -> tuple[tuple[Step, ...], PassRule]:
     return (press,), PassRule("joint", lift=0.0, hold=0.0, joint=button, angle_deg=1.0)
 
 
+# The back of the hand slopes 15 deg down to the fingers, as the mouse does.
 _MOUSE = Grasp(
-    "rest", (0.0, 0.0, 0.016), (0.0, -1.0, 0.0), (_SIN30, 0.0, -_COS30), 0.060,
+    "rest", (0.0, 0.0, 0.016), (0.0, -1.0, 0.0), (-0.2588, 0.0, -0.9659), 0.060,
     ("ring", "little"), pointing=(1.0, 0.0, 0.0),
 )  # fmt: skip
 _HANDLE = Grasp("handle", (0.0655, 0.0, 0.045), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), 0.010, _TWO)
