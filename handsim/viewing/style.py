@@ -1,0 +1,86 @@
+"""How figures look: colours told apart by the colour-blind and in print, sizes, file formats."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from handsim.files import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette. Recordings and controller differ in lightness and line style as well.
+BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
+RECORDED = {"color": BLUE, "linestyle": "-", "linewidth": 0.9, "alpha": 0.75, "label": "recording"}
+FOLLOWED = {
+    "color": VERMILION,
+    "linestyle": (0, (4, 1.5)),
+    "linewidth": 1.1,
+    "label": "controller",
+}
+RECORDED_ON_FIELD = {"color": "#56B4E9", "linewidth": 1.4, "label": "recording"}
+FOLLOWED_ON_FIELD = {"color": VERMILION, "linewidth": 1.4, "label": "controller"}
+START = {
+    "marker": "s",
+    "color": GREEN,
+    "linestyle": "none",
+    "markersize": 4,
+    "zorder": 3,
+    "label": "start",
+}
+GOAL = {**START, "marker": "o", "color": VERMILION, "label": "destination"}
+FIELD_COLOURS = "viridis"
+WIDE, NARROW = 7.2, 3.5
+"""Two columns and one of a printed page [inch]."""
+
+_RC = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "axes.labelsize": 8.0,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "lines.linewidth": 1.2,
+    "savefig.dpi": 200,
+    "figure.constrained_layout.use": True,
+    "svg.hashsalt": "handsim",  # the same figure gives the same bytes
+}
+
+
+@contextmanager
+def drawing(width: float, height: float) -> Iterator["Figure"]:
+    """Yield an empty figure of a size in inch, drawn and styled within the block."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_RC):
+        yield Figure(figsize=(width, height))
+
+
+def save_figure(figure: "Figure", folder: Path, name: str) -> list[Path]:
+    """Write a figure as ``name.png`` and ``name.svg``, each as a whole or not at all.
+
+    Raises
+    ------
+    FileError
+        If the folder does not exist or cannot be written.
+    """
+    import matplotlib
+
+    paths = []
+    with matplotlib.rc_context(_RC):
+        for suffix in (".png", ".svg"):
+            path = Path(folder) / f"{name}{suffix}"
+            with replacing(path) as temporary:
+                figure.savefig(temporary, metadata={"Date": None} if suffix == ".svg" else None)
+            paths.append(path)
+    return paths
+
+
+def label_panel(axes: "Axes", letter: str) -> None:
+    """Write a panel's letter at its upper left, outside the axes."""
+    axes.set_title(letter, loc="left", fontweight="bold")
