@@ -7,6 +7,7 @@ image y -> -y, with joint axes such that the same q gives the mirrored posture.
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -321,8 +322,17 @@ def write_hand(
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"{folder}: cannot be made ({error.strerror}); choose another") from error
-    write_text(path, spec.to_xml())
+    write_text(path, _with_position_actuators(spec.to_xml()))
     return path
+
+
+def _with_position_actuators(xml: str) -> str:
+    """Write actuators as MuJoCo's shortcut: easier to read, and understood by older versions."""
+    general = re.compile(
+        r'<general (.*?)(?: input="pos")? biastype="affine"'
+        r' gainprm="(\S+)" biasprm="0 -\2 -(\S+)"/>'
+    )
+    return general.sub(r'<position \1 kp="\2" kv="\3"/>', xml)
 
 
 def main() -> None:

@@ -321,6 +321,8 @@ def test_written_hand_is_the_built_one_for_plain_mujoco(side):
         "actuator_gainprm",
         "actuator_biasprm",
         "actuator_forcerange",
+        "actuator_ctrlrange",
+        "actuator_ctrlspec",
     ):
         assert np.allclose(getattr(model, field), getattr(built.model, field), atol=1e-5)
     data = mujoco.MjData(model)
