@@ -77,7 +77,7 @@ def sample_sizes(n: int, sex: Sex, seed: int) -> Array:
     Returns
     -------
     (n, 2) [m]
-        Hand length and breadth, clipped to what can be built (5 standard deviations away).
+        Hand length and breadth, clipped to what can be built (six standard deviations away).
 
     Raises
     ------
