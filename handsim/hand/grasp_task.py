@@ -63,9 +63,7 @@ class Step:
     shift
         Displacement of the grasp point in the world [m].
     axis, angle_deg
-        Turn about the grasp point; the axis is in the world unless ``own_axis``.
-    own_axis
-        The axis is in the object frame.
+        Turn about the grasp point; the axis is in the world.
     flex
         Fingers that flex by ``angle_deg`` at MCP instead of a turn of the hand.
     seconds
@@ -76,7 +74,6 @@ class Step:
     shift: Vec3 = (0.0, 0.0, 0.0)
     axis: Vec3 = (0.0, 0.0, 1.0)
     angle_deg: float = 0.0
-    own_axis: bool = False
     flex: tuple[Finger, ...] = ()
 
 

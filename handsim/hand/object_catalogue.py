@@ -241,7 +241,7 @@ def _half_of_scissors(sign: int, shank_bottom: float, blade_bottom: float) -> tu
     """
     angles = np.arange(13) * np.pi / 6
     loop = [
-        (-0.070 + 0.0242 * x, sign * (0.0225 + 0.0170 * y), 0.005 if x < -0.8 else 0.0053)
+        (-0.070 + 0.0243 * x, sign * (0.0225 + 0.0165 * y), 0.0045 if x < -0.8 else 0.0048)
         for x, y in zip(np.cos(angles), np.sin(angles), strict=True)
     ]
     shank = ((-0.046, 0.0085), (-0.046, 0.0255), (0.006, 0.0055), (0.016, -0.004), (0.004, -0.006))
@@ -253,7 +253,7 @@ def _half_of_scissors(sign: int, shank_bottom: float, blade_bottom: float) -> tu
         (0.010, 0.0045),
     )
     return (
-        *(rod(start, end, 0.005) for start, end in pairwise(loop)),
+        *(rod(start, end, 0.0045) for start, end in pairwise(loop)),
         *(
             hull([(x, sign * y, z) for x, y in outline for z in (bottom, bottom + thick)])
             for outline, bottom, thick in (
@@ -308,8 +308,8 @@ STAPLER = GraspObject(
                 axis=(0.0, 1.0, 0.0),
                 anchor=(-0.053, 0.0, 0.029),
                 range_deg=(0.0, 6.0),
-                stiffness=5.0 * 0.112 / np.deg2rad(6.0),
-                rest_deg=-0.72,  # carries the arm's weight
+                stiffness=3.0 * 0.112 / np.deg2rad(6.0),
+                rest_deg=-1.2,  # carries the arm's weight
                 damping=0.02,
             ),
             pieces=(
@@ -325,7 +325,7 @@ STAPLER = GraspObject(
             ),
         ),
     ),
-    source="half-strip desk stapler of 130 x 36 x 55 mm, 0.2 kg; return spring of 5 N at the mouth "
+    source="half-strip desk stapler of 130 x 36 x 55 mm, 0.2 kg; return spring of 3 N at the mouth "
     "when shut; no staple in it",
 )  # fmt: skip
 

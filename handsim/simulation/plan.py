@@ -156,8 +156,6 @@ class PalmPath:
         for step, start in self._steps():
             part = ramp(times, start, step.seconds)[:, None]
             axis = np.tile(step.axis, (len(times), 1))
-            if step.own_axis:
-                axis = (turn * self.object_pose.rotation).apply(axis)
             angle = 0.0 if step.flex else np.deg2rad(step.angle_deg)
             added = Rotation.from_rotvec(part * angle * axis)
             point = shift + turn.apply(grasp_point)
