@@ -38,8 +38,8 @@ class Joint:
         The finger the joint belongs to; None for the palm arch and the wrist.
     motion
         What a positive angle does: ``flexion`` closes, ``abduction`` spreads away from the middle
-        finger (the thumb: away from the palm's plane), ``rotation`` opposes the thumb, ``arch``
-        cups the palm, ``deviation`` turns the hand to the thumb's side.
+        finger (the thumb: opens the web, in the plane its rotation has reached), ``rotation``
+        opposes the thumb, ``arch`` cups the palm, ``deviation`` turns the hand to the thumb's side.
     lower_deg, upper_deg
         Range of motion [deg].
     """

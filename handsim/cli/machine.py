@@ -1,10 +1,11 @@
 """`handsim doctor`: what this machine offers."""
 
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
-from handsim.cli.console import JsonFlag, say_json, say_table
+from handsim.cli.console import JsonFlag, say, say_json
 
 
 def doctor(
@@ -21,8 +22,11 @@ def doctor(
 
     findings = doctor()
     if json:
-        say_json({"findings": [vars(finding) for finding in findings]})
-    elif not rendering_only or not can_render(findings):
-        say_table(("", "outcome", "remedy"), [tuple(vars(f).values()) for f in findings])
+        say_json({"findings": [asdict(finding) for finding in findings]})
+    elif not (rendering_only and can_render(findings)):
+        for finding in findings:
+            say(f"{finding.name:<16}{'ok' if finding.ok else 'missing':<9}{finding.detail}")
+            if finding.remedy:
+                say(f"{'':<16}remedy: {finding.remedy}")
     if not can_render(findings):
         raise typer.Exit(1)

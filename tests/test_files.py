@@ -1,0 +1,76 @@
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from handsim import files
+from handsim.errors import FileError
+
+
+def _write(path: Path, schema: int = 1, kind: str = "thing") -> None:
+    files.write_archive(path, kind, schema, {"note": "µ"}, {"a": np.arange(4.0)})
+
+
+def test_archive_round_trip(tmp_path):
+    path = tmp_path / "a.npz"
+    _write(path)
+    metadata, arrays = files.read_archive(path, "thing", 1)
+    assert metadata["note"] == "µ"
+    np.testing.assert_array_equal(arrays["a"], np.arange(4.0))
+
+
+def test_same_content_same_bytes(tmp_path):
+    _write(tmp_path / "a.npz")
+    _write(tmp_path / "b.npz")
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda path: path.unlink(), "no such file"),
+        (lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]), "cut off"),
+        (lambda path: path.write_bytes(b""), "not a readable"),
+        (lambda path: path.write_bytes(b"hello\n" * 50), "not a readable"),
+        (lambda path: _write(path, kind="other"), "holds a 'other'"),
+        (lambda path: _write(path, schema=2), "schema 2"),
+        (lambda path: np.savez(path, header=np.array({"a": 1}, dtype=object)), "not a readable"),
+    ],
+)
+def test_bad_archives_are_named(tmp_path, damage, message):
+    path = tmp_path / "a.npz"
+    _write(path)
+    damage(path)
+    with pytest.raises(FileError, match=message) as caught:
+        files.read_archive(path, "thing", 1)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_huge_claims_are_refused_before_reading(tmp_path, monkeypatch):
+    path = tmp_path / "a.npz"
+    _write(path)
+    monkeypatch.setattr(files, "MAX_ARCHIVE_BYTES", 100)
+    with pytest.raises(FileError, match="more than the limit"):
+        files.read_archive(path, "thing", 1)
+
+
+def test_failed_write_leaves_the_old_file_and_no_litter(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def fail() -> None:
+        with files.replacing(path) as temporary:
+            temporary.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert path.read_text() == "old"
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_write_into_missing_folder_names_it(tmp_path):
+    with pytest.raises(FileError, match="does not exist"):
+        files.write_text(tmp_path / "no" / "a.txt", "x")
