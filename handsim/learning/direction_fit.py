@@ -8,13 +8,13 @@ linear in the coefficients of chi. The learner minimises
 
     mean over samples of 1 - cos(angle between w and the wanted direction)
     + smoothness |second differences of the coefficients|^2 + ridge |coefficients|^2
-    + hinge      mean over the workspace of max(0, worst (z - z_goal) . w' - (2 - margin))^2
+    + descent    mean over the workspace of max(0, worst (z - z_goal) . grad chi - (2 - margin))^2
 
-with w' = grad chi + grad(ln beta_0)/k and the worst of the recorded destinations. The hinge is the
-condition under which the distance to the destination falls everywhere (see `certificate`).
-Samples are the tangents of the recordings; a corridor of displaced points that lead back to them,
-without which paths would not attract; and, in each refinement, points of the roll-outs of the
-fit so far, which lead to the recording a little ahead.
+where the last is the condition under which the distance to the destination falls everywhere
+(`descent`, `certificate`); a certified fit holds it as a constraint instead. Samples are the
+tangents of the recordings; a corridor of displaced points that lead back to them, without which
+paths would not attract; and, in each refinement, points of the roll-outs of the fit so far, led to
+the recording a little ahead.
 
 The paper matches velocities instead (`pde_fit`); here the exponent and all speeds drop out.
 """
@@ -29,6 +29,7 @@ from scipy import optimize, sparse
 
 from handsim.errors import InputError
 from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning.descent import DescentCondition, box_corners
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.paths import FlowPath, at_arc_length, follow, path_error
 from handsim.learning.workspace import KnotRule, lay_basis
@@ -40,9 +41,10 @@ _N_PER_PATH = 60  # samples along a recording, equally spaced in arc length
 _LAST_FRACTION = 0.97  # of the arc length: beyond, the direction to the destination is noise
 _CORRIDOR = np.deg2rad(15.0)  # farthest displaced sample
 _RETURN = 3.0 / np.deg2rad(100.0)  # pull back to the recording, per displacement
-_N_PER_SAMPLE = 4  # displaced samples for each sample
-_AHEAD = 0.1  # fraction of the recording by which a roll-out is led ahead
-_N_HINGE = 4000
+_N_PER_SAMPLE = 2  # displaced samples for each sample
+_AHEAD = 0.07  # fraction of the recording by which a roll-out is led ahead
+_N_DESCENT = 3000  # points of the workspace at which the descent condition is held
+_ROLLOUT_STEP = np.deg2rad(2.0)
 _PHI_START = 0.9  # greatest phi at a recorded start: fixes the free constant of chi
 
 
@@ -97,16 +99,19 @@ class DirectionLearner:
         Exponent of the navigation function; it changes speeds and basins, not directions.
     smoothness, ridge
         Weights of the second differences and of the coefficients themselves.
-    hinge, margin
-        Weight of the descent condition and the distance kept from it.
+    descent, margin
+        Weight of the descent condition and the distance kept from its limit.
+    certified
+        Hold the descent condition as a constraint, so that `certificate.certify` proves it for
+        the box of all destinations.
     n_refinements
         Rounds of roll-outs after the first fit.
     n_iterations
-        Iterations of L-BFGS in the first fit; refinements, warm-started, take fewer.
+        Iterations of L-BFGS in the first fit; refinements, warm-started, take half.
     knot_rule
         See `workspace.knot_counts`.
     seed
-        Of the corridor and the points of the hinge.
+        Of the corridor and of the points where the descent condition is held.
 
     Attributes
     ----------
@@ -133,11 +138,12 @@ class DirectionLearner:
         shape: tuple[int, ...] | None = None,
         degree: int = 3,
         k: float = 4.0,
-        smoothness: float = 1e-4,
+        smoothness: float = 2e-5,
         ridge: float = 1e-5,
-        hinge: float = 100.0,
+        descent: float = 100.0,
         margin: float = 0.2,
-        n_refinements: int = 2,
+        certified: bool = False,
+        n_refinements: int = 5,
         n_iterations: int = 60,
         knot_rule: KnotRule = "gentle",
         seed: int = 0,
@@ -147,8 +153,9 @@ class DirectionLearner:
         self.k = k
         self.smoothness = smoothness
         self.ridge = ridge
-        self.hinge = hinge
+        self.descent = descent
         self.margin = margin
+        self.certified = certified
         self.n_refinements = n_refinements
         self.n_iterations = n_iterations
         self.knot_rule: KnotRule = knot_rule
@@ -167,22 +174,23 @@ class DirectionLearner:
             raise InputError("0 paths to learn from; give at least 1")
         rng = np.random.default_rng(self.seed)
         basis, width = lay_basis(paths, self.shape, self.degree, self.knot_rule)
-        problem = _Problem(self, basis, width, np.array([path[-1] for path in paths]), rng)
+        problem = _Problem(self, basis, width, paths, rng)
         samples = recorded_samples(paths, rng)
         log: list[tuple[float, float, float]] = []
         c, cost_start, cost_end = problem.solve(
             np.zeros(basis.n_coefficients), samples, self.n_iterations, log
         )
-        best = self._rolled_out(problem, c, paths)
-        latest = best
+        best = latest = problem.candidate(c)
         for i in range(self.n_refinements):
             if progress:
                 progress((i + 1) / (self.n_refinements + 1))
+            if self.certified:
+                problem.descent.tighten(c)
             samples += rolled_out_samples(latest.rollouts, paths)
-            c, _, _ = problem.solve(latest.coefficients, samples, self.n_iterations // 2, log)
-            latest = self._rolled_out(problem, c, paths)
+            c, _, _ = problem.solve(c, samples, self.n_iterations // 2, log)
+            latest = problem.candidate(c)
             best = max(best, latest, key=lambda candidate: candidate.merit)
-        self.navigation_ = NavigationFunction(problem.obstacle(best.coefficients, paths), self.k)
+        self.navigation_ = best.navigation
         self.cost_start_, self.cost_end_ = cost_start, cost_end
         self.n_iterations_ = len(log)
         self.n_coefficients_ = basis.n_coefficients
@@ -192,21 +200,14 @@ class DirectionLearner:
             progress(1.0)
         return self
 
-    def _rolled_out(self, problem: "_Problem", c: Array, paths: list[Array]) -> "_Candidate":
-        navigation = NavigationFunction(problem.obstacle(c, paths), self.k)
-        starts = np.array([path[0] for path in paths])
-        rollouts = follow(navigation.directions, starts, problem.goals)
-        return _Candidate(c, rollouts, paths)
 
-
+@dataclass(frozen=True)
 class _Candidate:
-    """Coefficients and where their flow leads; more arrivals are better, then less error."""
+    """A fit and where its flow leads; more arrivals are better, then less error."""
 
-    def __init__(self, coefficients: Array, rollouts: list[FlowPath], paths: list[Array]) -> None:
-        self.coefficients = coefficients
-        self.rollouts = rollouts
-        errors = [path_error(r.points, p) for r, p in zip(rollouts, paths, strict=True)]
-        self.merit = (sum(r.arrived for r in rollouts), -float(np.mean(errors)))
+    navigation: NavigationFunction
+    rollouts: list[FlowPath]
+    merit: tuple[int, float]
 
 
 class _Problem:
@@ -217,27 +218,42 @@ class _Problem:
         learner: DirectionLearner,
         basis: TensorBasis,
         width: Array,
-        goals: Array,
+        paths: list[Array],
         rng: np.random.Generator,
     ) -> None:
-        self.basis, self.width, self.goals, self.k = basis, width, goals, learner.k
-        self.hinge, self.limit = learner.hinge, 2.0 - learner.margin
+        self.basis, self.width, self.paths, self.k = basis, width, paths, learner.k
+        self.starts = np.array([path[0] for path in paths])
+        self.goals = np.array([path[-1] for path in paths])
+        self.certified = learner.certified
         self.penalty = learner.smoothness * second_differences(basis.shape)
         self.penalty += learner.ridge * sparse.eye_array(basis.n_coefficients)
         self.flat = ExponentialObstacle(TensorBSpline(basis, np.zeros(basis.shape)), width)
-        self.hinge_points = rng.uniform(basis.lower, basis.upper, (_N_HINGE, len(width)))
-        self.hinge_design = _stacked(basis, self.hinge_points)
-        self.hinge_closure = self.flat.closure(self.hinge_points)[1] / self.k
+        self.descent = DescentCondition(
+            basis,
+            box_corners(self.goals) if self.certified else self.goals,
+            rng.uniform(basis.lower, basis.upper, (_N_DESCENT, len(width))),
+            2.0 - learner.margin,
+            learner.descent,
+        )
 
-    def obstacle(self, c: Array, paths: list[Array]) -> ExponentialObstacle:
+    def candidate(self, c: Array) -> _Candidate:
+        """Roll a fit out from the recorded starts."""
+        if self.certified:
+            c = self.descent.restored(c)
+        navigation = NavigationFunction(self._obstacle(c), self.k)
+        rollouts = follow(navigation.directions, self.starts, self.goals, _ROLLOUT_STEP)
+        errors = [path_error(r.points, p) for r, p in zip(rollouts, self.paths, strict=True)]
+        merit = (sum(r.arrived for r in rollouts), -float(np.mean(errors)))
+        return _Candidate(navigation, rollouts, merit)
+
+    def _obstacle(self, c: Array) -> ExponentialObstacle:
         """The obstacle of coefficients, chi's free constant set so that phi <= 0.9 at all starts.
 
         phi = 0.9 where chi - ln gamma_d = ln(0.9**-k - 1) / k. The splines sum to one, so
         a constant added to all coefficients is added to chi.
         """
-        starts = np.array([path[0] for path in paths])
-        chi = TensorBSpline(self.basis, c).jets(starts, 0)[0]
-        ln_gamma = np.log(np.sum((starts - self.goals) ** 2, axis=1))
+        chi = TensorBSpline(self.basis, c).jets(self.starts, 0)[0]
+        ln_gamma = np.log(np.sum((self.starts - self.goals) ** 2, axis=1))
         shift = np.log(_PHI_START**-self.k - 1.0) / self.k - np.min(chi - ln_gamma)
         return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.width)
 
@@ -246,7 +262,7 @@ class _Problem:
     ) -> tuple[Array, float, float]:
         """Minimise from ``c`` on; returns coefficients and the costs before and after."""
         design = _stacked(self.basis, samples.points)
-        transposed, hinge_transposed = design.T.tocsr(), self.hinge_design.T.tocsr()
+        transposed = design.T.tocsr()
         away = samples.points - samples.goals
         fixed = -2.0 * away / np.sum(away**2, axis=1, keepdims=True)
         fixed += self.flat.closure(samples.points)[1] / self.k
@@ -258,11 +274,10 @@ class _Problem:
             unit = flow / length
             cosine = np.sum(unit * samples.wanted, axis=1, keepdims=True)
             slope = (cosine * unit - samples.wanted) / (length * len(unit))
-            hinge, hinge_slope = self._hinge(c)
+            descent, descent_slope = self.descent(c)
             penalty = self.penalty @ c
-            value = float(np.mean(1.0 - cosine)) + hinge + float(c @ penalty)
-            gradient = transposed @ slope.T.ravel() + hinge_transposed @ hinge_slope
-            return value, gradient + 2.0 * penalty
+            value = float(np.mean(1.0 - cosine)) + descent + float(c @ penalty)
+            return value, transposed @ slope.T.ravel() + descent_slope + 2.0 * penalty
 
         recorder = _Recorder(cost, c, log)
         start = cost(c)[0]
@@ -275,17 +290,6 @@ class _Problem:
             options={"maxiter": n_iterations, "maxcor": 20, "ftol": 1e-8, "gtol": 1e-9},
         )
         return found.x, start, float(found.fun)
-
-    def _hinge(self, c: Array) -> tuple[float, Array]:
-        """Value of the descent hinge and its slope by the stacked gradients of chi."""
-        grad = (self.hinge_design @ c).reshape(self.goals.shape[1], -1).T + self.hinge_closure
-        towards = grad @ self.goals.T
-        worst = np.argmin(towards, axis=1)
-        excess = np.sum(self.hinge_points * grad, axis=1) - towards[np.arange(len(grad)), worst]
-        excess = np.maximum(excess - self.limit, 0.0)
-        slope = (2.0 * self.hinge / len(grad)) * excess[:, None]
-        slope = slope * (self.hinge_points - self.goals[worst])
-        return self.hinge * float(np.mean(excess**2)), slope.T.ravel()
 
 
 class _Recorder:

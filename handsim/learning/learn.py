@@ -68,7 +68,7 @@ def learn_controller(
         raise UnknownNameError("method", method, METHODS)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     exponent = DEFAULT_K[method] if k is None else k
-    learner = DirectionLearner(k=exponent, seed=seed)
+    learner = DirectionLearner(k=exponent, certified=certified, seed=seed)
     learner.fit([subspace.transform(r.q) for r in recordings], progress)
     controller = GraspController(
         subspace=subspace,
