@@ -1,4 +1,6 @@
 """Movements into frames: rollouts and posture sequences, alone or several in a grid."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import math
 from collections.abc import Iterator, Sequence

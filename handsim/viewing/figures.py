@@ -54,7 +54,7 @@ def level_sets_figure(navigation: NavigationFunction, recorded: Array, followed:
     """
     with drawing(1.4 * NARROW, 1.05 * NARROW) as figure:
         axes = figure.subplots()
-        picture = _slice(axes, navigation, recorded[-1], (0, 1))
+        picture = _draw_slice(axes, navigation, recorded[-1], (0, 1))
         _draw_path(axes, recorded, RECORDED_ON_FIELD)
         _draw_path(axes, followed, FOLLOWED_ON_FIELD)
         _mark_ends(axes, recorded)
@@ -65,8 +65,6 @@ def level_sets_figure(navigation: NavigationFunction, recorded: Array, followed:
 
 def learning_figure(navigation: NavigationFunction, history: History) -> "Figure":
     """Obstacle and convergence of a 2-dimensional fit (the paper's Fig. 3).
-
-    Where the cost jumps up, a refinement has added samples to it.
 
     Parameters
     ----------
@@ -92,7 +90,7 @@ def learning_figure(navigation: NavigationFunction, history: History) -> "Figure
         )
         surface.set(xlabel="PC 1 [deg]", ylabel="PC 2 [deg]", zlabel="ln β")
         surface.view_init(elev=32, azim=-125)  # the axis of ln beta on the left
-        surface.set_box_aspect((1.2, 1, 0.7), zoom=0.9)  # leaves room for the labels
+        surface.set_box_aspect((1.2, 1, 0.7))
         label_panel(surface, "a")
         iterations = np.arange(1, len(history.cost) + 1)
         for place, letter, values, label in (
@@ -122,12 +120,13 @@ def field_figure(navigation: NavigationFunction, path: Array) -> "Figure":
     pairs = [(0, 1), (0, 2), (1, 2)] if n > 2 else [(0, 1)]
     with drawing(WIDE, 0.33 * WIDE if n > 2 else 0.6 * WIDE) as figure:
         spans = [navigation.obstacle.upper[i] - navigation.obstacle.lower[i] for i, _ in pairs]
+        pictures = []
         all_axes = figure.subplots(1, len(pairs), squeeze=False, width_ratios=spans)[0]
         for axes, pair in zip(all_axes, pairs, strict=True):
-            picture = _slice(axes, navigation, path[-1], pair)
+            pictures.append(_draw_slice(axes, navigation, path[-1], pair))
             _draw_path(axes, path[:, pair], FOLLOWED_ON_FIELD)
             _mark_ends(axes, path[:, pair])
-        _colour_bar(figure, picture, all_axes)
+        _colour_bar(figure, pictures[0], list(all_axes))
         _legend(figure, FOLLOWED_ON_FIELD)
     return figure
 
@@ -189,7 +188,7 @@ def paths_figure(recorded: Sequence[Array], followed: Sequence[Array]) -> "Figur
             axes.plot(*goals[:, columns].T, **GOAL)
             _name_axes(axes, pick)
             if len(pick) == 3:
-                axes.set_box_aspect(None, zoom=0.85)  # leaves room for the labels
+                axes.set_box_aspect((4, 4, 3), zoom=0.85)  # leaves room for the labels
         _legend(figure, RECORDED, FOLLOWED, START, GOAL)
     return figure
 
@@ -211,6 +210,7 @@ def components_figure(
         See above.
     """
     n, shares = recorded[0].shape[1], np.linspace(0, 1, 101)
+    titles = (f"−{reach:g} σ", "mean", f"+{reach:g} σ")
     with drawing(WIDE, 0.23 * WIDE * n + 0.3) as figure:
         grid = figure.add_gridspec(n, 4, width_ratios=[1.9, 1, 1, 1])
         for i in range(n):
@@ -225,7 +225,7 @@ def components_figure(
                 panel = figure.add_subplot(grid[i, j + 1])
                 panel.imshow(picture)
                 panel.set_axis_off()
-                panel.set_title((f"−{reach:g} σ", "mean", f"+{reach:g} σ")[j] if i == 0 else None)
+                panel.set_title(titles[j] if i == 0 else "")
         _legend(figure, RECORDED, FOLLOWED)
     return figure
 
@@ -238,8 +238,8 @@ def make_figures(
 ) -> list[Path]:
     """Draw all figures into a folder, each as PNG and SVG; those that need a plane from 2 up.
 
-    The 2-dimensional ones (1b and 3) show a fit of two components to the same recordings, as
-    the paper's do.
+    The 2-dimensional ones (1b and 3) show a fit of two components to the same recordings, as the
+    paper's do, without refinements: those add samples, and costs before and after do not compare.
 
     Returns
     -------
@@ -260,7 +260,9 @@ def make_figures(
     q = np.vstack([recording.q for recording in recordings])
     plane = PostureSubspace(2).fit(q)
     flat = [plane.transform(recording.q) for recording in recordings]
-    learner = DirectionLearner(k=controller.navigation.k).fit(flat)
+    learner = DirectionLearner(k=controller.navigation.k, n_refinements=0, n_iterations=150).fit(
+        flat
+    )
     flat_run = follow(learner.navigation_.directions, flat[shown][:1], flat[shown][-1:])[0]
     reach = 2.0
     figures = {
@@ -299,7 +301,8 @@ def draw_eigengrasps(
     from handsim.viewing.stage import View
 
     n = len(subspace.components_)
-    steps = np.kron(np.diag(np.sqrt(subspace.explained_variance_)), [[-reach], [0.0], [reach]])
+    deviations = np.diag(np.sqrt(subspace.explained_variance_))
+    steps = np.repeat(deviations, 3, axis=0) * np.tile([-reach, 0.0, reach], n)[:, None]
     q = subspace.inverse_transform(steps)
     clip = posture_clip(np.arange(3.0 * n), q, posture_model())
     frames = list(render_clips([clip], View(width=size, height=size, fps=1)))
@@ -318,7 +321,9 @@ def _grid(
     return points, (_N_GRID, _N_GRID)
 
 
-def _slice(axes: "Axes", navigation: NavigationFunction, goal: Array, pair: tuple[int, int]) -> Any:
+def _draw_slice(
+    axes: "Axes", navigation: NavigationFunction, goal: Array, pair: tuple[int, int]
+) -> Any:
     """Level sets of phi and the flow within a plane through the destination."""
     from matplotlib.colors import PowerNorm
 
@@ -330,8 +335,8 @@ def _slice(axes: "Axes", navigation: NavigationFunction, goal: Array, pair: tupl
     picture.set_rasterized(True)
     axes.contour(x, y, phi, levels=LEVELS[1:-1], colors="black", linewidths=0.35)
     u, v = (flow[:, i].reshape(shape) for i in pair)
-    grid = {"linewidth": 0.6, "arrowsize": 0.7, "density": 0.9}
-    axes.streamplot(x[0], y[:, 0], u, v, color=(1, 1, 1, 0.55), **grid)
+    pale = "#FFFFFF8C"
+    axes.streamplot(x[0], y[:, 0], u, v, density=0.9, color=pale, linewidth=0.6, arrowsize=0.7)
     axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), aspect="equal")
     _name_axes(axes, pair)
     return picture

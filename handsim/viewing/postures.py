@@ -1,4 +1,6 @@
 """Posture sequences as clips: the hand alone before a plain background, without physics."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import mujoco
 import numpy as np
@@ -65,10 +67,10 @@ def posture_clip(
     overlays
         Drawn onto each frame.
     """
-    model = posture_model() if model is None else model
-    qpos = np.tile(model.qpos0, (len(time), 1))
-    qpos[:, [model.joint(name).qposadr[0] for name in JOINT_NAMES]] = q
-    return Clip(model, np.asarray(time, float), qpos, overlays)
+    hand = posture_model() if model is None else model
+    qpos = np.tile(hand.qpos0, (len(time), 1))
+    qpos[:, [hand.joint(name).qposadr[0] for name in JOINT_NAMES]] = q
+    return Clip(hand, np.asarray(time, float), qpos, overlays)
 
 
 def comparison_clips(recording: Recording, controller: GraspController) -> tuple[Clip, Clip]:

@@ -3,6 +3,8 @@
 Run as a file, ``python -P probe.py BACKEND SECONDS``, so that nothing of handsim is imported and a
 driver that aborts takes only this process with it. Prints one JSON object.
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import json
 import os

@@ -2,6 +2,8 @@
 
 All models of a picture share the context, so that a grid of rollouts opens one and not many.
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import atexit
 from collections.abc import Iterator

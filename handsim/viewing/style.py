@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from handsim.files import replacing
 
@@ -35,7 +35,7 @@ FIELD_COLOURS = "viridis"
 WIDE, NARROW = 7.2, 3.5
 """Two columns and one of a printed page [inch]."""
 
-_RC = {
+_RC: dict[Any, Any] = {
     "font.size": 8.0,
     "axes.titlesize": 8.5,
     "axes.labelsize": 8.0,
