@@ -93,6 +93,19 @@ def test_size_and_mass_are_the_real_ones(name: str) -> None:
     assert vertices[:, 2].min() == pytest.approx(0.0, abs=1e-5)
 
 
+def test_the_readme_states_the_sizes_and_masses() -> None:
+    text = (data_folder("assets") / "README.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| ")]
+    stated = {row[0].strip(): row for row in rows if row[0].strip() in OBJECTS}
+    assert set(stated) == set(OBJECTS)
+    for name, row in stated.items():
+        sides = [float(side) for side in row[1].split("x")]
+        np.testing.assert_allclose(sides, REAL[name][0], atol=0.5)
+        assert float(row[2]) == REAL[name][1]
+        hinges = [link.hinge.name for link in OBJECTS[name].links]
+        assert all(f"`{hinge}`" in row[4] for hinge in hinges), name
+
+
 def test_masses_agree_with_volumes_and_materials() -> None:
     pieces = {piece.mesh: piece for name in OBJECTS for piece in pieces_of(name)}
     for mesh, (low, high) in DENSITY.items():
