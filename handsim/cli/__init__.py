@@ -34,7 +34,9 @@ for command in (
     app.command()(command)
 
 # typer keeps the base class of its usage errors to itself; any of them leads to it.
-_UsageError = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
+_UsageError: type[Exception] = next(
+    kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+)
 
 
 def main() -> NoReturn:

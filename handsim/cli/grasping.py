@@ -54,7 +54,9 @@ def grasp(
     for each in progress(tasks, "grasping"):
         result = grasp_task(grasper, each, conditions, trials)
         results.append(result)
-        for run in (result.nominal, *result.trials) if output is not None else ():
+        if output is None:
+            continue
+        for run in (result.nominal, *result.trials):
             suffix = "" if run.conditions.nominal else f"-{run.conditions.seed}"
             write_rollout(run, output / f"{each.name}{suffix}.npz")
     if json and task != "all":
