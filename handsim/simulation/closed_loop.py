@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel
-from handsim.hand.objects import object_by_name
+from handsim.hand.grasp_object import GraspObject
+from handsim.hand.objects import object_by_name, read_mesh
 from handsim.hand.scene import build_scene
 from handsim.joints import LOWER, UPPER
 from handsim.simulation.alignment import Wrist
@@ -54,6 +55,10 @@ class Stage:
         The model as text.
     mocap
         Row of the forearm's target.
+    thing
+        The object.
+    front : (3,) [m]
+        Its front end in its own frame.
     object_body, palm_body
         Body ids.
     part_of_geom : (n_geom,)
@@ -69,6 +74,8 @@ class Stage:
     hand: HandModel
     xml: str
     mocap: int
+    thing: GraspObject
+    front: Array
     object_body: int
     palm_body: int
     part_of_geom: npt.NDArray[np.intp]
@@ -96,12 +103,15 @@ class Stage:
         index = hand.ctrl_index
         stiffness = model.actuator_gainprm[index, 0]
         damping = -model.actuator_biasprm[index, 2]
+        thing = object_by_name(task.object_name)
         return cls(
             task=task.for_side(conditions.side),
             conditions=conditions,
             hand=hand,
             xml=spec.to_xml(),
             mocap=int(model.body("forearm_target").mocapid[0]),
+            thing=thing,
+            front=_front_end(thing),
             object_body=object_body,
             palm_body=model.body("palm").id,
             part_of_geom=_parts(model),
@@ -196,7 +206,7 @@ class _Run:
 
     def record(self, time: float, reading: Array, z: Array) -> None:
         """Keep a sample of everything."""
-        data, stage = self.data, self.stage
+        data, stage, rule = self.data, self.stage, self.stage.task.rule
         force, depth = self._contact()
         sample = {
             "time": time,
@@ -213,9 +223,16 @@ class _Run:
             "object_quat": data.xquat[stage.object_body].copy(),
             "palm_pos": data.xpos[stage.palm_body].copy(),
             "palm_quat": data.xquat[stage.palm_body].copy(),
+            "front_pos": self._front(),
+            "hinge": float(data.joint(rule.joint).qpos[0]) if rule.joint else 0.0,
         }
         for name, value in sample.items():
             self.samples.setdefault(name, []).append(value)
+
+    def _front(self) -> Array:
+        """Return where the object's front end is in the world, (3,) [m]."""
+        turn = self.data.xmat[self.stage.object_body].reshape(3, 3)
+        return self.data.xpos[self.stage.object_body] + turn @ self.stage.front
 
     def _contact(self) -> tuple[Array, float]:
         """Sum of normal forces per part of the hand on the object, and the deepest overlap."""
@@ -243,7 +260,6 @@ class _Run:
         """Judge the traces and make them a record."""
         arrays = {name: np.array(values) for name, values in self.samples.items()}
         stage, schedule = self.stage, self.schedule
-        thing = object_by_name(stage.task.object_name)
         traces = GraspTraces(
             time=arrays["time"],
             object_pos=arrays.pop("object_pos"),
@@ -253,7 +269,9 @@ class _Run:
             touching=(arrays["contact_force"] > 0).sum(axis=1),
             penetration=arrays["penetration"],
             action_start=schedule.action_start,
-            symmetry=thing.symmetry,
+            symmetry=stage.thing.symmetry,
+            front_pos=arrays.pop("front_pos"),
+            hinge=arrays.pop("hinge"),
             arrived=arrived,
             unstable_at=unstable_at,
         )
@@ -268,6 +286,13 @@ class _Run:
             versions=current_versions(),
             **arrays,
         )
+
+
+def _front_end(thing: GraspObject) -> Array:
+    """Return the middle of what lies farthest along the object's x, (3,) [m]."""
+    meshes = (read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in thing.pieces)
+    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    return vertices[vertices[:, 0] > vertices[:, 0].max() - 1e-5].mean(axis=0)
 
 
 def _parts(model: mujoco.MjModel) -> npt.NDArray[np.intp]:

@@ -12,18 +12,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from handsim.errors import InputError
 from handsim.hand.grasp_task import PassRule, Task
 
 Array = npt.NDArray[np.float64]
-JUDGED = ("carry", "turn")
-"""Kinds of rules that can be judged."""
-
 Reason = Literal["missed", "slipped", "tilted", "penetrated", "not arrived", "unstable"]
-
 
 MAX_PENETRATION = 0.01
 """Deepest overlap of hand and object that is still a grasp [m], as in DexGraspBench."""
+TRACE_HEIGHT = 0.003
+"""How near to the table a front end draws on it [m]."""
 SAMPLE = 0.011
 """Tolerance on the time held: one sample of a 100 Hz record [s]."""
 
@@ -74,6 +71,10 @@ class GraspTraces:
         Time at which the task's first movement is commanded [s].
     symmetry
         Axis of the object about which rotation does not count, or None.
+    front_pos : (n, 3) [m]
+        The object's front end in the world, for rules of kind ``trace``.
+    hinge : (n,) [rad]
+        Angle of the rule's hinge, for rules of kind ``joint``.
     arrived
         Whether the driver brought the hand to its destination.
     unstable_at
@@ -89,6 +90,8 @@ class GraspTraces:
     penetration: Array
     action_start: float
     symmetry: Literal["x", "z"] | None
+    front_pos: Array | None = None
+    hinge: Array | None = None
     arrived: bool = True
     unstable_at: float | None = None
 
@@ -96,24 +99,19 @@ class GraspTraces:
 def judge(traces: GraspTraces, task: Task) -> Outcome:
     """Judge a run by the rule of its task.
 
-    Raises
-    ------
-    InputError
-        If the rule is of a kind that cannot be judged yet.
+    An object that is worked where it stands (rules of kind ``joint``) is not carried, so that its
+    displacement and tilt are those on the table; all others' are those in the hand.
     """
     rule = task.rule
-    if rule.kind not in JUDGED:
-        raise InputError(
-            f"task '{task.name}': rules of kind '{rule.kind}' are not judged yet; "
-            f"choose a task of kind {' or '.join(JUDGED)}"
-        )
     if traces.unstable_at is not None:
         detail = f"the simulation diverged at {traces.unstable_at:.3f} s"
         return Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0, detail)
     acting = traces.time >= traces.action_start - 1e-9
-    slip, tilt = _slip(traces), np.rad2deg(_tilt(traces))
+    carried = rule.kind != "joint"
+    slip, tilt = _slip(traces, carried), np.rad2deg(_tilt(traces, carried))
     height = traces.object_pos[:, 2] - traces.object_pos[0, 2]
-    within = (height >= rule.lift) & (slip < rule.slip) & (tilt < rule.tilt_deg)
+    high = height <= rule.lift if rule.kind == "slide" else height >= rule.lift
+    within = high & (slip < rule.slip) & (tilt < rule.tilt_deg)
     within &= (traces.touching > 0) & acting
     measured = {
         "lift_m": float(height.max()),
@@ -123,63 +121,118 @@ def judge(traces: GraspTraces, task: Task) -> Outcome:
         "contacts": int(traces.touching[-1]),
         "penetration_m": float(traces.penetration.max()),
     }
-    reason, detail = _carry_reason(traces, rule, measured)
-    if reason is None and rule.kind == "turn":
-        reason, detail = _turn_reason(traces, task)
+    reason, detail = _grip_reason(traces, rule, measured)
+    if reason is None:
+        reason, detail = _action_reason(traces, task)
     return Outcome(success=reason is None, reason=reason, detail=detail, **measured)
 
 
-def _carry_reason(
+def _grip_reason(
     traces: GraspTraces, rule: PassRule, measured: dict[str, float]
 ) -> tuple[Reason | None, str]:
+    """Check what every rule asks for: penetration, slip, tilt, height and the time of it."""
     if measured["penetration_m"] > MAX_PENETRATION:
         return "penetrated", f"hand and object overlap by {1000 * measured['penetration_m']:.1f} mm"
+    lift = measured["lift_m"]
     steady = measured["peak_slip_m"] < rule.slip and measured["peak_tilt_deg"] < rule.tilt_deg
-    if steady and measured["hold_s"] >= rule.hold - SAMPLE:
+    level = lift <= rule.lift if rule.kind == "slide" else lift >= rule.lift
+    if steady and (level or rule.kind == "joint") and measured["hold_s"] >= rule.hold - SAMPLE:
         return None, ""
     if not traces.arrived:
         return "not arrived", "the fingers were not at their destination when the reach ended"
-    if measured["lift_m"] < 0.2 * rule.lift:
-        return "missed", f"the object rose {1000 * measured['lift_m']:.0f} mm"
+    if rule.kind != "slide" and lift < 0.2 * rule.lift:
+        return "missed", f"the object rose {1000 * lift:.0f} mm"
     if measured["peak_tilt_deg"] >= rule.tilt_deg and measured["peak_slip_m"] < rule.slip:
         return "tilted", f"it tilted by {measured['peak_tilt_deg']:.0f} deg"
     return "slipped", (
-        f"it moved {1000 * measured['peak_slip_m']:.0f} mm in the hand "
+        f"it moved {1000 * measured['peak_slip_m']:.0f} mm in the hand, rose {1000 * lift:.0f} mm "
         f"and was held {measured['hold_s']:.1f} s"
     )
 
 
-def _turn_reason(traces: GraspTraces, task: Task) -> tuple[Reason | None, str]:
-    """Check that the carried object was turned about the axis of the task's turning steps."""
-    turned = Rotation.from_quat(traces.object_quat, scalar_first=True)
+def _action_reason(traces: GraspTraces, task: Task) -> tuple[Reason | None, str]:
+    """Check what the rule's kind asks of the action."""
+    rule = task.rule
     start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
+    if rule.kind == "turn":
+        angle = _turned(traces, task, start)
+        done, detail = angle >= rule.angle_deg, f"it was turned by {angle:.0f} deg of {rule.angle_deg:g} deg"
+    elif rule.kind == "slide":
+        way = np.linalg.norm(traces.object_pos[start:, :2] - traces.object_pos[start, :2], axis=1)
+        slid = float(way[-1])
+        done = slid >= rule.distance
+        detail = f"displaced by {1000 * slid:.0f} of {1000 * rule.distance:.0f} mm"
+    elif rule.kind == "trace":
+        drawn = _drawn(traces, start)
+        done = drawn >= rule.distance
+        detail = f"its front end drew {1000 * drawn:.0f} of {1000 * rule.distance:.0f} mm"
+    elif rule.kind == "joint":
+        return _hinge_reason(traces, rule, start)
+    else:
+        return None, ""
+    return (None, "") if done else ("slipped", detail)
+
+
+def _turned(traces: GraspTraces, task: Task, start: int) -> float:
+    """Largest turn of the carried object about the axis of a turning step [deg]."""
+    turned = Rotation.from_quat(traces.object_quat, scalar_first=True)
     rotation = (turned * turned[start].inv()).as_rotvec()
     axes = [np.array(step.axis) for step in task.steps if step.angle_deg and not step.flex]
-    angle = max((float(np.rad2deg((rotation @ axis).max())) for axis in axes), default=0.0)
-    if angle >= task.rule.angle_deg:
+    return max((float(np.rad2deg((rotation @ axis).max())) for axis in axes), default=0.0)
+
+
+def _drawn(traces: GraspTraces, start: int) -> float:
+    """Greatest displacement of the front end in one stretch near the table [m]."""
+    assert traces.front_pos is not None
+    front = traces.front_pos[start:]
+    near = front[:, 2] <= TRACE_HEIGHT
+    drawn, first = 0.0, None
+    for i, on_table in enumerate(near.tolist()):
+        if not on_table:
+            first = None
+            continue
+        first = i if first is None else first
+        drawn = max(drawn, float(np.linalg.norm(front[i, :2] - front[first, :2])))
+    return drawn
+
+
+def _hinge_reason(traces: GraspTraces, rule: PassRule, start: int) -> tuple[Reason | None, str]:
+    """Check that the hinge passed its angle in the action, and not before."""
+    assert traces.hinge is not None
+    angle = np.rad2deg(traces.hinge)
+    upwards = angle[0] < rule.angle_deg
+    passed = angle >= rule.angle_deg if upwards else angle <= rule.angle_deg
+    if passed[start]:
+        return "missed", f"{rule.joint} was at {angle[start]:.1f} deg before the action"
+    if passed[start:].any():
         return None, ""
-    return "slipped", f"it was turned by {angle:.0f} deg of {task.rule.angle_deg:g} deg"
+    nearest = angle[start:].max() if upwards else angle[start:].min()
+    return "missed", f"{rule.joint} came to {nearest:.1f} of {rule.angle_deg:g} deg"
 
 
-def _slip(traces: GraspTraces) -> Array:
-    """Displacement of the object in the palm's frame since the lift began, (n,) [m]."""
+def _slip(traces: GraspTraces, carried: bool) -> Array:
+    """Displacement in the palm since the action began, or on the table throughout, (n,) [m]."""
+    if not carried:
+        return np.linalg.norm(traces.object_pos - traces.object_pos[0], axis=1)
     palm = Rotation.from_quat(traces.palm_quat, scalar_first=True)
     local = palm.inv().apply(traces.object_pos - traces.palm_pos)
     start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
     return np.linalg.norm(local - local[start], axis=1)
 
 
-def _tilt(traces: GraspTraces) -> Array:
+def _tilt(traces: GraspTraces, in_hand: bool) -> Array:
     """Rotation of the object since its first pose, less that of the palm in the lift, (n,) [rad].
 
     Before the lift the palm turns on its way to the object, which tilts nothing; from the lift on
-    an object that turns with the palm (as in drinking) does not tilt in the hand.
+    an object that turns with the palm (as in drinking) does not tilt in the hand. Of an object
+    that is not ``in_hand`` all its rotation counts.
     """
     turned = Rotation.from_quat(traces.object_quat, scalar_first=True)
     palm = Rotation.from_quat(traces.palm_quat, scalar_first=True)
     start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
     carried = palm * palm[start].inv()
     own = Rotation.concatenate([turned[:start], carried[start:].inv() * turned[start:]])
+    own = own if in_hand else turned
     if traces.symmetry is None:
         return (own * own[0].inv()).magnitude()
     axes = own.apply(np.eye(3)["xyz".index(traces.symmetry)])

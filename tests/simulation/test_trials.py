@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from handsim.errors import InputError
 from handsim.hand.tasks import task_by_name
 from handsim.simulation.trials import GraspTraces, judge, wilson_interval
 
@@ -126,9 +125,96 @@ def test_letting_go_ends_the_hold():
     assert not judge(replace(traces, touching=touching), MOVE).success
 
 
-def test_unknown_rules_are_refused_rather_than_passed():
-    with pytest.raises(InputError, match="not judged yet"):
-        judge(carried(), task_by_name("mouse-slide"))
+SLIDE = task_by_name("mouse-slide")
+CLICK = task_by_name("mouse-left-click")
+SCISSORS = task_by_name("scissors-use")
+WRITE = task_by_name("pen-write")
+
+
+def moved(distance: float, up: float = 0.0) -> GraspTraces:
+    """Palm and object displaced together along the table in the action."""
+    traces = carried(height=0.0)
+    part = np.clip((traces.time - LIFT_TIME) / LIFT_DURATION, 0, 1)
+    shift = np.outer(part, [distance, 0, up])
+    return replace(traces, object_pos=traces.object_pos + shift, palm_pos=traces.palm_pos + shift)
+
+
+def test_sliding_asks_for_distance_on_the_table():
+    assert judge(moved(0.08), SLIDE).success
+    short = judge(moved(0.05), SLIDE)
+    assert short.reason == "slipped"
+    assert "50 of 60 mm" in short.detail
+    assert judge(moved(0.08, up=0.02), SLIDE).reason == "slipped"  # lifted instead
+
+
+def test_a_hand_that_slides_off_has_not_slid_the_object():
+    traces = moved(0.08)
+    stays = np.tile(traces.object_pos[0], (len(traces.time), 1))
+    outcome = judge(replace(traces, object_pos=stays), SLIDE)
+    assert outcome.reason == "slipped"
+    assert outcome.peak_slip_m == pytest.approx(0.08)
+
+
+def hinged(start_deg: float, end_deg: float, from_time: float = LIFT_TIME) -> GraspTraces:
+    """An object that stands where it is while its hinge turns."""
+    traces = carried(height=0.0)
+    part = np.clip((traces.time - from_time) / 0.3, 0, 1)
+    return replace(traces, hinge=np.deg2rad(start_deg + part * (end_deg - start_deg)))
+
+
+@pytest.mark.parametrize(
+    ("task", "start", "end", "succeeds"),
+    [
+        (CLICK, 0, 1.2, True),
+        (CLICK, 0, 0.9, False),
+        (SCISSORS, 30, 8, True),
+        (SCISSORS, 30, 12, False),
+    ],
+)
+def test_hinges_must_pass_their_angle_from_the_side_they_start_on(task, start, end, succeeds):
+    outcome = judge(hinged(start, end), task)
+    assert outcome.success is succeeds
+    assert outcome.reason == (None if succeeds else "missed")
+
+
+def test_a_button_that_is_pressed_before_the_action_is_no_click():
+    outcome = judge(hinged(0, 1.2, from_time=0.3), CLICK)
+    assert outcome.reason == "missed"
+    assert "before the action" in outcome.detail
+
+
+def test_an_object_worked_where_it_stands_must_stay_there():
+    traces = hinged(0, 1.2)
+    away = traces.object_pos + np.outer(np.linspace(0, 1, len(traces.time)), [0.03, 0, 0])
+    follow = replace(traces, object_pos=away, palm_pos=away)
+    assert judge(follow, CLICK).reason == "slipped"
+
+
+def drawn(distance: float, height: float = 0.001, lift: float = HEIGHT) -> GraspTraces:
+    """A carried object whose front end moves along the table in the hold."""
+    traces = carried(height=lift)
+    part = np.clip((traces.time - 2.0) / 1.0, 0, 1)
+    front = np.column_stack([0 * part, -distance * part, height + 0 * part])
+    front[traces.time < 2.0, 2] = 0.05
+    return replace(traces, front_pos=front)
+
+
+def test_tracing_asks_for_a_line_on_the_table():
+    assert judge(drawn(0.055), WRITE).success
+    assert judge(drawn(0.045), WRITE).reason == "slipped"
+    assert judge(drawn(0.055, height=0.004), WRITE).reason == "slipped"
+    assert judge(drawn(0.055, lift=0.04), WRITE).reason == "slipped"  # dragged, not lifted
+
+
+def test_a_line_with_a_gap_counts_for_its_longer_part():
+    traces = drawn(0.09)
+    assert traces.front_pos is not None
+    front = traces.front_pos.copy()
+    middle = int(np.searchsorted(-front[:, 1], 0.045))
+    front[middle : middle + 2, 2] = 0.02
+    outcome = judge(replace(traces, front_pos=front), WRITE)
+    assert outcome.reason == "slipped"
+    assert "mm" in outcome.detail
 
 
 def test_wilson_interval_against_published_values():
