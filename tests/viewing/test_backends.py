@@ -39,7 +39,6 @@ def backend(request: pytest.FixtureRequest) -> str:
 def run(backend: str, code: str, *arguments: str) -> str:
     """Run code under a backend; nothing may be left on standard error."""
     environment = {**os.environ, "MUJOCO_GL": backend}
-    environment.pop("PYOPENGL_PLATFORM", None)
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", MOVEMENT + code, *arguments],
         env=environment,
@@ -77,6 +76,13 @@ save_clips([clip, clip], f"{folder}/two.mp4", view, columns=2)
     with Image.open(target / "a.png") as sheet:
         assert sheet.size == (3 * 160 + 4, 2 * 120 + 2)
     assert len(list(target.iterdir())) == 4
+
+
+def test_a_platform_left_over_for_the_other_backend_does_no_harm(
+    backend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYOPENGL_PLATFORM", "osmesa" if backend == "egl" else "egl")
+    run(backend, "from handsim.viewing.clips import render_sheet\nrender_sheet(clip, View(), 2)")
 
 
 def test_an_unfinished_video_leaves_nothing_on_standard_error(backend: str) -> None:

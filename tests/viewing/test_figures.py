@@ -92,6 +92,8 @@ def test_level_sets_show_both_paths_over_the_whole_workspace(
     np.testing.assert_allclose(followed, np.rad2deg(paths[1]))
     np.testing.assert_allclose(points(figure, 0, VERMILION)[-1], np.rad2deg(paths[0][-1]))
     assert labels(figure) == {"PC 1 [deg]", "PC 2 [deg]", "φ"}
+    lowest = axes.collections[0].get_paths()[0]  # of the filled levels
+    assert lowest.contains_point(np.rad2deg(paths[0][-1]))
 
 
 def test_learning_shows_every_iteration(flat: tuple[DirectionLearner, list[np.ndarray]]) -> None:

@@ -88,6 +88,18 @@ def test_probe_really_renders(rendering: str) -> None:
     assert result.frames_per_second > 1
 
 
+def test_probe_does_not_take_a_blank_frame_for_rendering(
+    rendering: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    source = Path(gl.__file__).with_name("probe.py").read_text()
+    scene = source.index("<mujoco>"), source.index("</mujoco>")
+    (tmp_path / "probe.py").write_text(source[: scene[0]] + "<mujoco>" + source[scene[1] :])
+    monkeypatch.setattr(gl, "__file__", str(tmp_path / "gl.py"))
+    result = gl.probe(rendering, seconds=0.0)
+    assert not result.ok
+    assert "blank" in result.reason
+
+
 def test_probe_reports_what_failed() -> None:
     result = gl.probe("cgl" if sys.platform == "linux" else "osmesa", seconds=0.0)
     assert not result.ok

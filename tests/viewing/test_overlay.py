@@ -58,9 +58,10 @@ def test_caption_shows_time_and_the_present_phase() -> None:
     frames = [grey() for _ in range(4)]
     for frame, time in zip(frames, (0.1, 0.1, 0.2, 0.6), strict=True):
         caption.draw(frame, time)
-    expected = grey()
-    draw_text(expected, ["cup-drink", "0.60 s  close"], (0.5 * 11, 0.4 * 11), 11)
-    np.testing.assert_array_equal(frames[3], expected)
+    for frame, line in ((frames[0], "0.10 s  approach"), (frames[3], "0.60 s  close")):
+        expected = grey()
+        draw_text(expected, ["cup-drink", line], (0.5 * 11, 0.4 * 11), 11)
+        np.testing.assert_array_equal(frame, expected)
     np.testing.assert_array_equal(frames[0], frames[1])
     assert (frames[0] != frames[2]).any()
 
@@ -101,13 +102,22 @@ def test_inset_shows_where_the_movement_is() -> None:
     assert y0 == pytest.approx(y1, abs=1) == pytest.approx(y2, abs=1)
 
 
+def test_inset_has_its_second_coordinate_upwards() -> None:
+    up, down = grey(), grey()
+    inset = SubspaceInset(np.arange(2.0), np.array([[0, 0], [1.0, 1.0]]))
+    inset.draw(down, 0.0)
+    inset.draw(up, 1.0)
+    lowest, highest = (np.nonzero((f == PATH_COLOUR).all(axis=-1))[0].min() for f in (down, up))
+    assert highest < lowest - 20
+
+
 def test_inset_shows_the_path_to_compare_with() -> None:
     time = np.linspace(0, 1, 11)
     z = np.stack([time, time], axis=1)
     plain, compared = grey(), grey()
     SubspaceInset(time, z).draw(plain, 0.0)
-    SubspaceInset(time, z, reference=z * [1, -1]).draw(compared, 0.0)
-    assert (plain != compared).any()
+    SubspaceInset(time, z, reference=z ** [1, 2]).draw(compared, 0.0)
+    assert (plain != compared).any(axis=-1).sum() > 20
 
 
 def test_inset_of_a_movement_that_stays() -> None:
