@@ -2,7 +2,9 @@
 
 Path error: both paths resampled at 100 points equally spaced in their own arc length, root of the
 mean squared distance in the subspace. Straight: the same for the segment from start to
-destination, which is what a constant beta gives. A run that does not arrive counts as it is.
+destination, which is what a constant beta gives. Repeatability: the same for the other trials of
+the same object by the same person, their ends moved to match; how well people repeat themselves.
+A run that does not arrive counts as it is.
 """
 
 from collections.abc import Callable
@@ -11,12 +13,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from handsim.errors import InputError
 from handsim.learning.controller import GraspController
-from handsim.learning.paths import FlowPath, follow, path_error
-from handsim.motion.recording import RecordingSet
+from handsim.learning.paths import N_COMPARED, FlowPath, at_arc_length, follow, path_error
+from handsim.motion.recording import Recording, RecordingSet
 
 Array = npt.NDArray[np.float64]
 Learn = Callable[[RecordingSet], GraspController]
+
+# Where direction is compared: near its end a recording's direction is noise.
+_DIRECTION_FRACTIONS = np.linspace(0.0, 0.97, N_COMPARED)
 
 
 def evaluate(controller: GraspController, recordings: RecordingSet) -> dict[str, Any]:
@@ -25,15 +31,28 @@ def evaluate(controller: GraspController, recordings: RecordingSet) -> dict[str,
     Returns
     -------
     dict
-        ``n_recordings, n_arrived, path_error_deg`` (mean)``, straight_error_deg`` (mean)``,
-        ratio, per_recording: [{name, arrived, path_error_deg, straight_error_deg}]``.
+        ``n_recordings``, ``n_arrived``; ``path_error_deg``, ``straight_error_deg`` (means) and
+        their ``ratio``; ``repeatability_deg``, None if no object was grasped twice;
+        ``direction_error_deg``, mean angle between the flow and the recorded motion along the
+        recordings; ``variance_explained`` by the subspace, of these recordings;
+        ``per_recording``: ``name, object, arrived, path_error_deg, straight_error_deg,
+        repeatability_deg, direction_error_deg``; ``per_object``: the same means.
     """
     paths = [controller.subspace.transform(r.q) for r in recordings]
     rollouts = roll_out(controller, paths)
-    return _summarise([_row(*args) for args in zip(recordings, rollouts, paths, strict=True)])
+    repeats = _repeatabilities(recordings, paths)
+    rows = [
+        _row(controller, recording, rollout, path, repeat)
+        for recording, rollout, path, repeat in zip(
+            recordings, rollouts, paths, repeats, strict=True
+        )
+    ]
+    return {**_summarise(rows), "variance_explained": variance_explained(controller, recordings)}
 
 
-def leave_one_out(recordings: RecordingSet, learn: Learn) -> dict[str, Any]:
+def leave_one_out(
+    recordings: RecordingSet, learn: Learn, progress: Callable[[float], None] | None = None
+) -> dict[str, Any]:
     """Score each recording with a controller learned from all the others.
 
     Parameters
@@ -42,18 +61,27 @@ def leave_one_out(recordings: RecordingSet, learn: Learn) -> dict[str, Any]:
         At least 2.
     learn
         Makes a controller from recordings.
+    progress
+        Called with the fraction done.
 
     Returns
     -------
     dict
-        As `evaluate`.
+        As `evaluate`; ``variance_explained`` is of the recordings left out.
     """
-    rows = []
+    if len(recordings) < 2:
+        raise InputError("1 recording; leaving one out needs at least 2")
+    rows, explained = [], []
     for i, recording in enumerate(recordings):
         controller = learn(recordings.without(i))
-        path = controller.subspace.transform(recording.q)
-        rows.append(_row(recording, roll_out(controller, [path])[0], path))
-    return _summarise(rows)
+        paths = [controller.subspace.transform(r.q) for r in recordings]
+        rollout = roll_out(controller, [paths[i]])[0]
+        repeat = _repeatabilities(recordings, paths)[i]
+        rows.append(_row(controller, recording, rollout, paths[i], repeat))
+        explained.append(variance_explained(controller, RecordingSet((recording,))))
+        if progress:
+            progress((i + 1) / len(recordings))
+    return {**_summarise(rows), "variance_explained": float(np.mean(explained))}
 
 
 def roll_out(controller: GraspController, paths: list[Array]) -> list[FlowPath]:
@@ -63,23 +91,92 @@ def roll_out(controller: GraspController, paths: list[Array]) -> list[FlowPath]:
     return follow(controller.navigation.directions, starts, goals)
 
 
-def _row(recording: Any, rollout: FlowPath, path: Array) -> dict[str, Any]:
+def repeatability(path: Array, others: list[Array]) -> float | None:
+    """Mean path error [rad] of other paths whose ends are moved to those of ``path``.
+
+    The displacement of the ends is spread linearly over arc length. None if there are no others.
+    """
+    errors = []
+    s = np.linspace(0.0, 1.0, N_COMPARED)[:, None]
+    for other in others:
+        even = at_arc_length(other, s[:, 0])
+        moved = even + (1.0 - s) * (path[0] - other[0]) + s * (path[-1] - other[-1])
+        errors.append(path_error(moved, path))
+    return float(np.mean(errors)) if errors else None
+
+
+def direction_error(controller: GraspController, path: Array) -> float:
+    """Mean angle [rad] between the flow and the direction of motion along a recorded path."""
+    points = at_arc_length(path, _DIRECTION_FRACTIONS)
+    tangents = np.gradient(points, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    flow = controller.navigation.directions(points, path[-1])
+    return float(np.mean(np.arccos(np.clip(np.sum(flow * tangents, axis=1), -1.0, 1.0))))
+
+
+def variance_explained(controller: GraspController, recordings: RecordingSet) -> float:
+    """Fraction of the recordings' variance (about the subspace's mean) inside the subspace."""
+    q = np.vstack([r.q for r in recordings])
+    subspace = controller.subspace
+    missed = q - subspace.inverse_transform(subspace.transform(q))
+    return 1.0 - float(np.sum(missed**2) / np.sum((q - subspace.mean_) ** 2))
+
+
+def _repeatabilities(recordings: RecordingSet, paths: list[Array]) -> list[float | None]:
+    """Repeatability of each recording against the same person's others of the same object."""
+    keys = [(r.subject, r.object, r.task) for r in recordings]
+    return [
+        repeatability(path, [p for j, p in enumerate(paths) if j != i and keys[j] == keys[i]])
+        for i, path in enumerate(paths)
+    ]
+
+
+def _row(
+    controller: GraspController,
+    recording: Recording,
+    rollout: FlowPath,
+    path: Array,
+    repeat: float | None,
+) -> dict[str, Any]:
     return {
         "name": recording.name,
+        "object": recording.object,
         "arrived": rollout.arrived,
-        "path_error_deg": float(np.rad2deg(path_error(rollout.points, path))),
-        "straight_error_deg": float(np.rad2deg(path_error(path[[0, -1]], path))),
+        "path_error_deg": _degrees(path_error(rollout.points, path)),
+        "straight_error_deg": _degrees(path_error(path[[0, -1]], path)),
+        "repeatability_deg": None if repeat is None else _degrees(repeat),
+        "direction_error_deg": _degrees(direction_error(controller, path)),
     }
 
 
 def _summarise(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    error = float(np.mean([row["path_error_deg"] for row in rows]))
-    straight = float(np.mean([row["straight_error_deg"] for row in rows]))
+    objects = dict.fromkeys(row["object"] for row in rows)
+    return {
+        **_means(rows),
+        "per_recording": rows,
+        "per_object": [
+            {"object": name, **_means([row for row in rows if row["object"] == name])}
+            for name in objects
+        ],
+    }
+
+
+def _means(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    def mean(key: str) -> float | None:
+        values = [row[key] for row in rows if row[key] is not None]
+        return float(np.mean(values)) if values else None
+
+    error, straight = mean("path_error_deg"), mean("straight_error_deg")
     return {
         "n_recordings": len(rows),
         "n_arrived": sum(row["arrived"] for row in rows),
         "path_error_deg": error,
         "straight_error_deg": straight,
-        "ratio": error / straight,
-        "per_recording": rows,
+        "ratio": error / straight if error is not None and straight else None,
+        "repeatability_deg": mean("repeatability_deg"),
+        "direction_error_deg": mean("direction_error_deg"),
     }
+
+
+def _degrees(angle: float) -> float:
+    return float(np.rad2deg(angle))
