@@ -35,10 +35,10 @@ demo: rendering
 	@echo "Look at $(DEMO)/grasp.mp4 and $(DEMO)/postures.png; the outcome is in $(DEMO)/result.json"
 
 test: setup
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" --nbmake tests notebooks
 
 test-all: setup
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --nbmake tests notebooks
 
 check: setup
 	$(BIN)/ruff format --check .

@@ -27,9 +27,11 @@ for command in (
     machine.doctor,
     learning.learn,
     learning.evaluate,
+    learning.certify,
     learning.postures,
     grasping.grasp,
     seeing.render,
+    seeing.figures,
 ):
     app.command()(command)
 

@@ -9,6 +9,7 @@ from handsim.cli.console import (
     ControllerFile,
     Folder,
     JsonFlag,
+    fraction_done,
     note,
     say,
     say_json,
@@ -22,9 +23,13 @@ def learn(
     folder: Folder = None,
     components: Annotated[int, typer.Option(help="Principal components to learn in.")] = 3,
     method: Annotated[
-        Literal["direction"], typer.Option(help="How beta is learned.")
+        Literal["direction", "pde"], typer.Option(help="How beta is learned; pde is the paper's.")
     ] = "direction",
     k: Annotated[float | None, typer.Option(help="Exponent of the navigation function.")] = None,
+    certified: Annotated[
+        bool, typer.Option("--certified", help="Learn so that convergence can be proven.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random samples.")] = 0,
     json: JsonFlag = False,
 ) -> None:
     """Learn a controller from a folder of recordings."""
@@ -33,7 +38,16 @@ def learn(
 
     writable(output, ".npz")
     recordings = recordings_or_built_in(folder)
-    controller, summary = learn_controller(recordings, n_components=components, k=k, method=method)
+    with fraction_done("learning") as progress:
+        controller, summary = learn_controller(
+            recordings,
+            n_components=components,
+            method=method,
+            k=k,
+            certified=certified,
+            seed=seed,
+            progress=progress,
+        )
     controller.save(output)
     if json:
         say_json(summary)
@@ -44,6 +58,29 @@ def learn(
         f"{100 * summary['variance_explained']:.1f} %, cost {summary['cost_start']:.4g} to "
         f"{summary['cost_end']:.4g} in {summary['iterations']} iterations; wrote {output}"
     )
+
+
+def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:
+    """Prove that every start arrives at every recorded destination, or show where it fails.
+
+    Exit code 1 where there is no proof.
+    """
+    from handsim.cli.defaults import controller_or_built_in
+    from handsim.learning.critical import certification
+
+    result = certification(controller_or_built_in(controller))
+    if json:
+        say_json(result)
+    else:
+        verdict = "certified" if result["certified"] else f"not certified: {result['reason']}"
+        k_min = result["k_min"]
+        say(f"{verdict}; k {result['k']:g}, least k {'none' if k_min is None else f'{k_min:.3g}'}")
+        say(f"{result['arrivals']} of {result['starts']} starts on a grid arrive")
+        for trap in result["other_minima"]:
+            place = ", ".join(f"{angle:.0f}" for angle in trap["z_deg"])
+            say(f"local minimum at ({place}) deg on the way to {trap['destination']}")
+    if not result["certified"]:
+        raise typer.Exit(1)
 
 
 def evaluate(

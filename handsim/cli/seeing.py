@@ -1,11 +1,11 @@
-"""`handsim render`: rollouts and posture sequences as video, GIF or contact sheet."""
+"""`handsim render` and `figures`: what can be looked at."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import note, writable
+from handsim.cli.console import ControllerFile, Folder, fraction_done, note, writable
 
 if TYPE_CHECKING:
     from handsim.viewing.clips import Clip
@@ -39,6 +39,26 @@ def render(
     choose_backend()
     n = save_clips(clips, output, view, n_postures=postures)
     note(f"wrote {n} {'pictures' if output.suffix.lower() == '.png' else 'frames'} to {output}")
+
+
+def figures(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures.")],
+    controller: ControllerFile = None,
+    folder: Folder = None,
+) -> None:
+    """Draw the counterparts of the paper's figures, each as PNG and SVG."""
+    from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
+    from handsim.viewing.gl import choose_backend
+
+    learned, recordings = controller_or_built_in(controller), recordings_or_built_in(folder)
+    choose_backend()
+
+    from handsim.viewing.figures import make_figures
+
+    output.mkdir(exist_ok=True)
+    with fraction_done("drawing") as progress:
+        written = make_figures(learned, recordings, output, progress)
+    note(f"wrote {len(written)} pictures to {output}")
 
 
 def _clip(source: Path, *, measurements: bool) -> "Clip":

@@ -192,3 +192,22 @@ def test_help_starts_quickly_because_nothing_heavy_is_imported():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_certified_learning_is_certified_and_the_exit_code_says_so(run, tmp_path):
+    path = tmp_path / "c.npz"
+    assert run("learn", "-o", path, "--certified").code == 0
+    proven = run("certify", path, "--json")
+    assert proven.code == 0
+    said = proven.json()
+    assert said["certified"] is True
+    assert said["arrivals"] == said["starts"] > 0
+    assert said["other_minima"] == []
+    assert said["k_min"] <= said["k"]
+
+
+def test_figures_are_drawn_as_png_and_svg(run, tmp_path):
+    assert run("figures", "-o", tmp_path / "figures").code == 0
+    drawn = {path.name for path in (tmp_path / "figures").iterdir()}
+    for name in ("fig3_learning", "fig5_variance", "fig6_paths", "fig7_components"):
+        assert {f"{name}.png", f"{name}.svg"} <= drawn
