@@ -91,24 +91,45 @@ def probe(backend: str, seconds: float = 0.3) -> ProbeResult:
 def choose_backend() -> str:
     """Return the backend to render with, and set MUJOCO_GL to it.
 
-    MUJOCO_GL is respected where it is set. Otherwise the first of EGL and OSMesa that renders a
-    frame is taken, once a process. MuJoCo may have been imported before.
+    MUJOCO_GL is respected where it is set; call this before MuJoCo is imported, which fails when
+    the backend named there is not installed. Otherwise the first of EGL and OSMesa that renders a
+    frame is taken, once a process.
 
     Raises
     ------
     UnknownNameError
         If MUJOCO_GL names no backend.
     MissingToolError
-        If nothing renders, with the command that installs what is missing.
+        If nothing renders, or the backend that MUJOCO_GL names is not installed, with the command
+        that installs what is missing.
     """
     wanted = os.environ.get("MUJOCO_GL", "").strip().lower()
     if wanted:
         if wanted not in _KNOWN:
             raise UnknownNameError("OpenGL backend in MUJOCO_GL", wanted, _KNOWN)
+        _import_mujoco(wanted)
         return wanted
     chosen = _first_that_renders()
     os.environ["MUJOCO_GL"] = chosen
     return chosen
+
+
+def _import_mujoco(backend: str) -> None:
+    try:
+        importlib.import_module("mujoco")
+    except Exception as error:  # ImportError, AttributeError, RuntimeError
+        raise _does_not_open(backend, error) from error
+
+
+def _does_not_open(backend: str, error: Exception) -> MissingToolError:
+    lines = str(error).strip().splitlines()
+    # PyOpenGL looks up its functions in None when it has found no library.
+    no_library = isinstance(error, AttributeError) or not lines
+    reason = "its library is not installed" if no_library else lines[0]
+    return MissingToolError(
+        f"OpenGL backend '{backend}' does not open ({reason}); unset MUJOCO_GL to have another one "
+        f"chosen, or run: {install_command(backend)}"
+    )
 
 
 @functools.cache
@@ -156,11 +177,7 @@ def gl_context() -> Iterator[GLContext]:
         context = module.GLContext(16, 16)  # frames are drawn off screen, in buffers of their own
         context.make_current()
     except Exception as error:  # ImportError, AttributeError, RuntimeError, GLError, OSError
-        reason = str(error).strip().splitlines()[:1] or [type(error).__name__]
-        raise MissingToolError(
-            f"OpenGL backend '{backend}' does not open ({reason[0]}); unset MUJOCO_GL to have "
-            f"another one chosen, or run: {install_command(backend)}"
-        ) from error
+        raise _does_not_open(backend, error) from error
     try:
         yield context
     finally:

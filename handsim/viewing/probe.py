@@ -64,6 +64,8 @@ def main() -> None:
     os.environ.pop("PYOPENGL_PLATFORM", None)
     try:
         outcome = {"ok": True, **render(seconds)}
+    except AttributeError:  # PyOpenGL looks up its functions in None when it finds no library
+        outcome = {"ok": False, "reason": "its library is not installed"}
     except Exception as error:  # whatever goes wrong is the answer asked for
         text = str(error).strip().splitlines()
         outcome = {"ok": False, "reason": text[-1] if text else type(error).__name__}

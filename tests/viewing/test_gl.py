@@ -53,6 +53,18 @@ def test_environment_is_respected_without_probing(fresh: pytest.MonkeyPatch) -> 
     assert gl.choose_backend() == "osmesa"
 
 
+def test_named_backend_without_its_library(fresh: pytest.MonkeyPatch) -> None:
+    def no_library(name: str) -> None:
+        raise AttributeError("'NoneType' object has no attribute 'glGetError'")
+
+    fresh.setenv("MUJOCO_GL", "osmesa")
+    fresh.setattr(gl.importlib, "import_module", no_library)
+    with pytest.raises(MissingToolError) as raised:
+        gl.choose_backend()
+    assert "'osmesa' does not open (its library is not installed)" in str(raised.value)
+    assert str(raised.value).endswith(gl.install_command("osmesa"))
+
+
 def test_unknown_name_in_the_environment(fresh: pytest.MonkeyPatch) -> None:
     fresh.setenv("MUJOCO_GL", "osmeza")
     with pytest.raises(UnknownNameError, match=r"MUJOCO_GL 'osmeza'; did you mean osmesa"):
