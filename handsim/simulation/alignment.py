@@ -65,9 +65,10 @@ def align_palm(opposed: Opposition, grasp: Grasp) -> Pose:
     """Return the palm's pose in the object frame that lays the opposition on the grasp.
 
     A hand that wraps an upright object from the side stays level instead, with its breadth along
-    the object: laying thumb and finger pads at one height would tilt the forearm into the table.
+    the object: laying thumb and finger pads at one height would tilt the forearm into the table. So
+    does a hand that rests on an object.
     """
-    if grasp.kind == "side":
+    if grasp.kind in ("side", "rest"):
         rotation = Rotation.from_matrix(hand_axes(grasp))
     else:
         of_hand = _frame(opposed.axis, opposed.facing)

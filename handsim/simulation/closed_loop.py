@@ -5,15 +5,16 @@ added, and the forearm is put where the palm's path and the commanded wrist angl
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from handsim.hand.grasp_object import GraspObject
 from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel
-from handsim.hand.grasp_object import GraspObject
 from handsim.hand.objects import object_by_name, read_mesh
 from handsim.hand.scene import build_scene
 from handsim.joints import LOWER, UPPER
@@ -35,8 +36,10 @@ Array = npt.NDArray[np.float64]
 
 SHAKE_FREQUENCY = 2.0
 """Of the base's shaking during the hold [Hz]."""
-MAX_SPEED = 100.0
+MAX_SPEED = 500.0
 """Joint or body speed above which a simulation is taken to have diverged [m/s or rad/s]."""
+LOST = 0.02
+"""Rise [m] that an object must show while the palm rises twice as far."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,7 @@ def simulate(
     driver: Driver,
     glove: DataGlove | None = None,
     schedule: Schedule | None = None,
+    brief: bool = False,
 ) -> Rollout:
     """Run one grasp and judge it.
 
@@ -141,6 +145,8 @@ def simulate(
         How the joints are read; by default 1 degree steps with noise.
     schedule
         Timing; by default that of the task.
+    brief
+        End the run once the object has been lost, as a search may.
 
     Returns
     -------
@@ -163,6 +169,8 @@ def simulate(
         mujoco.mj_step(model, data, nstep=substeps)
         if run.diverged():
             return run.finish(driver, arrived, unstable_at=time)
+        if brief and run.lost(tick):
+            break
     return run.finish(driver, arrived)
 
 
@@ -182,9 +190,11 @@ class _Run:
         self.palm_pos, self.palm_quat = path.poses(self.times)
         self.palm_pos += _shaking(self.times, stage.conditions.shake, schedule, generator)
         strength = ramp(self.times, schedule.squeeze_start, schedule.squeeze)
-        self.added = strength[:, None] * squeeze_offset(plan.squeeze) + path.flexions(self.times)
+        squeeze = squeeze_offset(plan.squeeze, stage.task.grasp.fingers)
+        self.added = strength[:, None] * squeeze + path.flexions(self.times)
+        self.action_tick = round(schedule.action_start * RATE)
         self.wrist = Wrist(self.model)
-        self.samples: dict[str, list[Array | float]] = {}
+        self.samples: dict[str, list[Any]] = {}
         self._place_hand(plan.q_start)
 
     def _place_hand(self, q_start: Array) -> None:
@@ -255,6 +265,14 @@ class _Run:
         qvel = self.data.qvel
         bad = self.data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number > 0
         return bool(bad or not np.isfinite(qvel).all() or np.abs(qvel).max() > MAX_SPEED)
+
+    def lost(self, tick: int) -> bool:
+        """Whether the object stays behind a palm that was to lift it."""
+        rise = self.palm_pos[tick, 2] - self.palm_pos[self.action_tick, 2]
+        if self.stage.task.rule.lift < LOST or tick <= self.action_tick or rise < 2 * LOST:
+            return False
+        height = self.data.xipos[self.stage.object_body, 2] - self.samples["object_pos"][0][2]
+        return bool(height < LOST)
 
     def finish(self, driver: Driver, arrived: bool, unstable_at: float | None = None) -> Rollout:
         """Judge the traces and make them a record."""

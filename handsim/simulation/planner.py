@@ -19,8 +19,9 @@ from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.simulation.alignment import align_palm, opposition
 from handsim.simulation.closed_loop import Stage, simulate
+from handsim.simulation.closings import REST
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.demonstrator import REST, plan_for
+from handsim.simulation.demonstrator import plan_for
 from handsim.simulation.drivers import learned_driver
 from handsim.simulation.plan import GraspPlan, schedule_for
 from handsim.simulation.rollout import Rollout

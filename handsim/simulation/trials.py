@@ -39,6 +39,8 @@ class Outcome:
         Parts of the hand (fingers and palm) that touch the object at the end.
     penetration_m
         Deepest overlap of hand and object.
+    done
+        Share of what the rule asks of the action, beside lift and hold; 1 where it asks nothing.
     detail
         A sentence for people where the reason needs one, such as the step of an instability.
     """
@@ -51,6 +53,7 @@ class Outcome:
     hold_s: float
     contacts: int
     penetration_m: float
+    done: float = 0.0
     detail: str = ""
 
 
@@ -105,7 +108,7 @@ def judge(traces: GraspTraces, task: Task) -> Outcome:
     rule = task.rule
     if traces.unstable_at is not None:
         detail = f"the simulation diverged at {traces.unstable_at:.3f} s"
-        return Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0, detail)
+        return Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0, detail=detail)
     acting = traces.time >= traces.action_start - 1e-9
     carried = rule.kind != "joint"
     slip, tilt = _slip(traces, carried), np.rad2deg(_tilt(traces, carried))
@@ -122,9 +125,10 @@ def judge(traces: GraspTraces, task: Task) -> Outcome:
         "penetration_m": float(traces.penetration.max()),
     }
     reason, detail = _grip_reason(traces, rule, measured)
+    done, action_reason, action_detail = _action(traces, task)
     if reason is None:
-        reason, detail = _action_reason(traces, task)
-    return Outcome(success=reason is None, reason=reason, detail=detail, **measured)
+        reason, detail = action_reason, action_detail
+    return Outcome(success=reason is None, reason=reason, detail=detail, done=done, **measured)
 
 
 def _grip_reason(
@@ -150,27 +154,26 @@ def _grip_reason(
     )
 
 
-def _action_reason(traces: GraspTraces, task: Task) -> tuple[Reason | None, str]:
-    """Check what the rule's kind asks of the action."""
+def _action(traces: GraspTraces, task: Task) -> tuple[float, Reason | None, str]:
+    """Return the share done of what the rule's kind asks of the action, and what is wrong."""
     rule = task.rule
     start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
+    if rule.kind == "joint":
+        return _hinge(traces, rule, start)
     if rule.kind == "turn":
-        angle = _turned(traces, task, start)
-        done, detail = angle >= rule.angle_deg, f"it was turned by {angle:.0f} deg of {rule.angle_deg:g} deg"
+        done = _turned(traces, task, start) / rule.angle_deg
+        detail = f"it was turned by {done * rule.angle_deg:.0f} deg of {rule.angle_deg:g} deg"
     elif rule.kind == "slide":
-        way = np.linalg.norm(traces.object_pos[start:, :2] - traces.object_pos[start, :2], axis=1)
-        slid = float(way[-1])
-        done = slid >= rule.distance
-        detail = f"displaced by {1000 * slid:.0f} of {1000 * rule.distance:.0f} mm"
+        way = traces.object_pos[-1, :2] - traces.object_pos[start, :2]
+        done = float(np.linalg.norm(way)) / rule.distance
+        detail = f"displaced by {1e3 * done * rule.distance:.0f} of {1e3 * rule.distance:.0f} mm"
     elif rule.kind == "trace":
-        drawn = _drawn(traces, start)
-        done = drawn >= rule.distance
-        detail = f"its front end drew {1000 * drawn:.0f} of {1000 * rule.distance:.0f} mm"
-    elif rule.kind == "joint":
-        return _hinge_reason(traces, rule, start)
+        done = _drawn(traces, start) / rule.distance
+        drawn = 1e3 * done * rule.distance
+        detail = f"its front end drew {drawn:.0f} of {1e3 * rule.distance:.0f} mm"
     else:
-        return None, ""
-    return (None, "") if done else ("slipped", detail)
+        return 1.0, None, ""
+    return (1.0, None, "") if done >= 1 else (max(done, 0.0), "slipped", detail)
 
 
 def _turned(traces: GraspTraces, task: Task, start: int) -> float:
@@ -196,18 +199,19 @@ def _drawn(traces: GraspTraces, start: int) -> float:
     return drawn
 
 
-def _hinge_reason(traces: GraspTraces, rule: PassRule, start: int) -> tuple[Reason | None, str]:
+def _hinge(traces: GraspTraces, rule: PassRule, start: int) -> tuple[float, Reason | None, str]:
     """Check that the hinge passed its angle in the action, and not before."""
     assert traces.hinge is not None
     angle = np.rad2deg(traces.hinge)
-    upwards = angle[0] < rule.angle_deg
-    passed = angle >= rule.angle_deg if upwards else angle <= rule.angle_deg
-    if passed[start]:
-        return "missed", f"{rule.joint} was at {angle[start]:.1f} deg before the action"
-    if passed[start:].any():
-        return None, ""
-    nearest = angle[start:].max() if upwards else angle[start:].min()
-    return "missed", f"{rule.joint} came to {nearest:.1f} of {rule.angle_deg:g} deg"
+    way = rule.angle_deg - angle[0]
+    done = (angle - angle[0]) / way
+    if done[start] >= 1:
+        return 0.0, "missed", f"{rule.joint} was at {angle[start]:.1f} deg before the action"
+    most = start + int(done[start:].argmax())
+    if done[most] >= 1:
+        return 1.0, None, ""
+    detail = f"{rule.joint} came to {angle[most]:.1f} of {rule.angle_deg:g} deg"
+    return max(float(done[most]), 0.0), "missed", detail
 
 
 def _slip(traces: GraspTraces, carried: bool) -> Array:

@@ -12,7 +12,7 @@ from handsim.simulation.alignment import (
     opposition,
     palm_pose,
 )
-from handsim.simulation.demonstrator import CLOSINGS
+from handsim.simulation.closings import CLOSINGS
 from handsim.simulation.plan import Pose
 
 TASKS = ("tall-glass-drink", "tall-glass-top-move", "cube-raise", "jar-move")
