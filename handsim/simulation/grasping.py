@@ -7,13 +7,12 @@ from typing import Any, Literal
 from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel, build_hand
 from handsim.learning.controller import GraspController
-from handsim.simulation.closed_loop import Stage, simulate
+from handsim.simulation.closed_loop import Stage
 from handsim.simulation.conditions import Conditions, perturb
 from handsim.simulation.demonstrator import demonstrate
-from handsim.simulation.drivers import learned_driver
-from handsim.simulation.plan import GraspPlan, schedule_for
+from handsim.simulation.plan import GraspPlan
 from handsim.simulation.plan_store import PlanStore
-from handsim.simulation.planner import plan_grasp, replayed_plan
+from handsim.simulation.planner import plan_grasp, replayed_plan, run_plan
 from handsim.simulation.rollout import Rollout
 from handsim.simulation.trials import wilson_interval
 
@@ -101,9 +100,7 @@ class ControllerGrasper:
         """Grasp ``task``; what has to be planned first is planned for nominal conditions."""
         stage = Stage.build(task, conditions)
         plan = self.plan_for(task, stage)
-        schedule = schedule_for(stage.task)
-        driver = learned_driver(self.controller, plan, stage.lead, schedule)
-        return simulate(stage, plan, driver, schedule=schedule)
+        return run_plan(self.controller, stage, plan)
 
     def plan_for(self, task: Task, stage: Stage) -> GraspPlan:
         """Return the stored plan of a task, or make and store it."""
@@ -119,9 +116,9 @@ class ControllerGrasper:
             hand_breadth=conditions.hand_breadth,
             side=conditions.side,
         )
-        plan, _ = plan_grasp(self.controller, task, nominal, next(self._hinted(task), None))
+        plan, run = plan_grasp(self.controller, task, nominal, next(self._hinted(task), None))
         if self.store:
-            self.store.add(task.name, plan)
+            self.store.add(task.name, plan, run.outcome.success)
         return plan
 
     def _hinted(self, task: Task) -> Iterator[GraspPlan]:

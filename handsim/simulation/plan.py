@@ -48,8 +48,6 @@ class Schedule:
     ----------
     reach
         From rest until the fingers have closed.
-    arrive
-        Fraction of the reach at which the palm is in place.
     squeeze
         Ramp of the squeeze layer.
     steps
@@ -61,7 +59,6 @@ class Schedule:
     steps: tuple[float, ...]
     hold: float
     reach: float = 1.2
-    arrive: float = 0.85
     squeeze: float = 0.5
 
     @property
@@ -104,6 +101,8 @@ class GraspPlan:
         Postures at the start and at the grasp.
     squeeze
         Factor on the squeeze layer.
+    arrive
+        Fraction of the reach at which the palm is in place.
     """
 
     palm: Pose
@@ -111,6 +110,7 @@ class GraspPlan:
     q_start: Array
     q_goal: Array
     squeeze: float = 1.0
+    arrive: float = 0.85
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class PalmPath:
 
     def poses(self, times: Array) -> tuple[Array, Array]:
         """Return the palm's positions (n, 3) [m] and orientations (n, 4) in the world at times."""
-        back = 1.0 - ramp(times, 0.0, self.schedule.arrive * self.schedule.reach)
+        back = 1.0 - ramp(times, 0.0, self.plan.arrive * self.schedule.reach)
         grasp = self.object_pose @ self.plan.palm
         retreat = self.object_pose.rotation.apply(self.plan.retreat)
         shift, turn = self._carried(times)

@@ -35,26 +35,39 @@ class PlanStore:
     path: Path
 
     def read(self) -> dict[str, GraspPlan]:
-        """Return the plans by task.
+        """Return the plans by task, those that are known not to hold included.
 
         Raises
         ------
         FileError
             If the file is there and cannot be read.
         """
+        try:
+            return {task: _from_json(plan) for task, plan in self._stored().items()}
+        except (ValueError, KeyError, TypeError) as error:
+            raise self._unreadable(error) from error
+
+    def _stored(self) -> dict[str, dict[str, Any]]:
         if not self.path.is_file():
             return {}
         try:
             stored = json.loads(self.path.read_text(encoding="utf-8"))
-            return {task: _from_json(plan) for task, plan in stored["plans"].items()}
+            if stored["schema"] > SCHEMA:
+                raise FileError(
+                    f"{self.path}: plans of schema {stored['schema']}, newer than {SCHEMA}; "
+                    "update handsim or delete the file"
+                )
+            return dict(stored["plans"])
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise FileError(f"{self.path}: not a file of plans ({error}); delete it") from error
+            raise self._unreadable(error) from error
 
-    def add(self, task: str, plan: GraspPlan) -> None:
-        """Keep a plan; those of other tasks stay."""
-        plans = self.read() | {task: plan}
-        stored = {name: _to_json(plans[name]) for name in sorted(plans)}
-        content = {"schema": SCHEMA, "plans": stored}
+    def _unreadable(self, error: Exception) -> FileError:
+        return FileError(f"{self.path}: not a file of plans ({error}); delete it")
+
+    def add(self, task: str, plan: GraspPlan, held: bool) -> None:
+        """Keep a plan and whether its nominal run held; those of other tasks stay."""
+        plans = self._stored() | {task: _to_json(plan) | {"held": held}}
+        content = {"schema": SCHEMA, "plans": {name: plans[name] for name in sorted(plans)}}
         self.path.parent.mkdir(exist_ok=True)
         write_text(self.path, json.dumps(content, indent=1) + "\n")
 
@@ -67,6 +80,7 @@ def _to_json(plan: GraspPlan) -> dict[str, Any]:
         "q_start_deg": np.rad2deg(plan.q_start).tolist(),
         "q_goal_deg": np.rad2deg(plan.q_goal).tolist(),
         "squeeze": plan.squeeze,
+        "arrive": plan.arrive,
     }
 
 
@@ -77,4 +91,5 @@ def _from_json(stored: dict[str, Any]) -> GraspPlan:
         np.deg2rad(stored["q_start_deg"]),
         np.deg2rad(stored["q_goal_deg"]),
         float(stored["squeeze"]),
+        float(stored.get("arrive", GraspPlan.arrive)),
     )

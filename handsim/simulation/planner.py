@@ -1,14 +1,14 @@
 """Find the palm pose and the destination in the subspace with which a controller grasps.
 
 A posture put through a few principal components no longer touches where it touched: the fingertips
-move. What was recorded is therefore only where the search begins. Each candidate is tried in the
-physics that it will be used in, and the first that meets the task's rule with room to spare ends
-the search.
+move. So the coordinates are first fitted to where a scripted grasp has the finger pads
+(`handsim.simulation.placement`), beginning at each recorded destination. The best few are tried in
+the physics that they will be used in; where none holds with room to spare, a search goes on there.
 """
 
-from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 
-import cma
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
@@ -17,34 +17,36 @@ from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel, build_hand
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
-from handsim.simulation.alignment import align_palm, opposition
 from handsim.simulation.closed_loop import Stage, simulate
-from handsim.simulation.closings import REST
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.demonstrator import plan_for
 from handsim.simulation.drivers import learned_driver
+from handsim.simulation.placement import pad_targets, place
 from handsim.simulation.plan import GraspPlan, schedule_for
 from handsim.simulation.rollout import Rollout
+from handsim.simulation.search import cost_of, mean_cost, minimise, shortened, tried_conditions
 
 Array = npt.NDArray[np.float64]
 
-GENERATIONS = 12
-POPULATION = 8
-STEP_COMPONENT = np.deg2rad(12.0)
-"""Initial spread of the search along each component [rad]."""
-STEP_POSITION = 0.012
-"""Initial spread of the palm's position [m]."""
-STEP_TURN = np.deg2rad(8.0)
-"""Initial spread of the palm's orientation [rad]."""
-ENOUGH = -0.5
-"""Cost at which the search ends: held throughout, and half of every limit to spare."""
+GENERATIONS = 10
+N_PERTURBED = 2
+"""Perturbed tries of every plan whose nominal try holds."""
+N_PLACEMENTS = 3
+"""Placements that are tried in physics."""
+ARRIVALS = (0.6, 0.85)
+"""Fractions of the reach at which the palm may be in place: a hand that opens little on its
+learned path has to be there sooner."""
+UNFAMILIAR = 0.004
+"""How much worse a placement from another task's destination counts [m]."""
+STEPS = {"z": np.deg2rad(8.0), "shift": 0.008, "turn": np.deg2rad(7.0), "squeeze": 0.25}
+"""Initial spreads of the search: components and turn [rad], shift [m], squeeze."""
 
 
 def replayed_plan(controller: GraspController, stage: Stage, hand: HandModel) -> GraspPlan:
     """Return the plan that takes the recorded destination as it is, palm pose by the script."""
-    scripted, _ = plan_for(stage.task, hand)
+    scripted, _ = plan_for(stage.task, hand, side=stage.conditions.side)
     recorded = controller.demonstration(stage.task.name)
-    return GraspPlan(scripted.palm, scripted.retreat, REST, recorded.q_goal, scripted.squeeze)
+    return replace(scripted, q_goal=recorded.q_goal)
 
 
 def plan_grasp(
@@ -52,9 +54,11 @@ def plan_grasp(
     task: Task,
     conditions: Conditions,
     known: GraspPlan | None = None,
+    *,
+    generations: int = GENERATIONS,
     seed: int = 0,
 ) -> tuple[GraspPlan, Rollout]:
-    """Search a plan and return it with the run that shows what it does.
+    """Search a plan and return it with the nominal run that shows what it does.
 
     Parameters
     ----------
@@ -66,6 +70,8 @@ def plan_grasp(
         Nominal conditions to plan for.
     known
         A plan to try first, such as that of another controller.
+    generations
+        Of the search where nothing tried at first holds with room to spare.
     seed
         Of the search.
 
@@ -74,99 +80,76 @@ def plan_grasp(
     GraspPlan, Rollout
         The best found; the run's outcome says whether it holds.
     """
-    stage = Stage.build(task, conditions)
-    hand = HandModel.from_spec(
-        build_hand(conditions.hand_length, conditions.hand_breadth, conditions.side)
+    search = _Search(controller, task, conditions)
+    starts = [] if known is None else [known]
+    starts += search.starts()
+    best = min(starts, key=search.cost)
+    _, point = minimise(
+        lambda x: search.cost(search.varied(best, x)),
+        np.zeros(search.size),
+        generations=generations,
+        seed=seed,
     )
-    search = _Search(controller, stage, hand)
-    best: tuple[float, GraspPlan, Rollout] | None = None
-    starts = list(search.starts(known))
-    tried = [search.attempt(plan) for plan in starts]
-    best = min(tried, key=lambda attempt: attempt[0])
-    if best[0] <= ENOUGH:
-        return best[1], best[2]
-    options = {
-        "seed": seed + 1,  # 0 would mean a seed from the clock
-        "popsize": POPULATION,
-        "maxiter": GENERATIONS,
-        "verbose": -9,
-    }
-    strategy = cma.CMAEvolutionStrategy(np.zeros(search.size), 1.0, options)
-    centre = best[1]
-    while not strategy.stop() and best[0] > ENOUGH:
-        points = strategy.ask()
-        attempts = [search.attempt(search.varied(centre, point)) for point in points]
-        strategy.tell(points, [attempt[0] for attempt in attempts])
-        best = min([best, *attempts], key=lambda attempt: attempt[0])
-    return best[1], best[2]
+    plan = search.varied(best, point) if point.any() else best
+    return plan, run_plan(controller, Stage.build(task, conditions), plan)
+
+
+def run_plan(
+    controller: GraspController, stage: Stage, plan: GraspPlan, *, brief: bool = False
+) -> Rollout:
+    """Grasp on a stage with a controller by a plan."""
+    schedule = schedule_for(stage.task)
+    driver = learned_driver(controller, plan, stage.lead, schedule)
+    return simulate(stage, plan, driver, schedule=schedule, brief=brief)
 
 
 class _Search:
-    """What is varied, and what an attempt costs."""
+    """What is tried and varied, and what it costs."""
 
-    def __init__(self, controller: GraspController, stage: Stage, hand: HandModel) -> None:
-        self.controller, self.stage, self.hand = controller, stage, hand
-        self.n_components = len(controller.subspace.components_)
-        self.size = self.n_components + 6
+    def __init__(self, controller: GraspController, task: Task, conditions: Conditions) -> None:
+        self.controller = controller
+        self.task = shortened(task).for_side(conditions.side)
+        tried = tried_conditions(conditions, N_PERTURBED)
+        self.stages = [Stage.build(shortened(task), each) for each in tried]
+        size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
+        self.hand = HandModel.from_spec(build_hand(*size))
+        self.scripted, _ = plan_for(self.task, self.hand, side=conditions.side)
+        self.size = len(controller.subspace.components_) + 7
 
-    def starts(self, known: GraspPlan | None) -> Iterator[GraspPlan]:
-        """Plans to try before any search."""
-        if known is not None:
-            yield known
-        scripted, _ = plan_for(self.stage.task, self.hand)
-        for q_goal in self._destinations():
-            posture = self._in_subspace(q_goal)
-            aligned = align_palm(
-                opposition(self.hand, posture, self.stage.task.grasp), self.stage.task.grasp
-            )
-            for palm in (scripted.palm, aligned):
-                yield GraspPlan(palm, scripted.retreat, REST, posture, scripted.squeeze)
-
-    def _destinations(self) -> Iterator[Array]:
-        """Recorded destinations: those of the task, else of the object, else of all."""
-        recorded = self.controller.demonstrations
-        task = self.stage.task
-        same_task = [r for r in recorded if r.task == task.name]
-        same_object = [r for r in recorded if r.object == task.object_name]
-        for record in (same_task or same_object or recorded)[:4]:
-            yield record.q_goal
-
-    def _in_subspace(self, q: Array) -> Array:
-        """What is left of a posture in the subspace."""
+    def starts(self) -> list[GraspPlan]:
+        """Return the best placements, each with the palm in place sooner or later."""
         subspace = self.controller.subspace
-        return clip_to_range(subspace.inverse_transform(subspace.transform(q)))
+        targets = pad_targets(self.hand, self.scripted, self.task.grasp)
+        placed = []
+        for record in self.controller.demonstrations:
+            placement = place(self.hand, subspace, targets, record.z_goal)
+            familiar = 0.0 if record.task == self.task.name else UNFAMILIAR
+            placed.append((placement.error + familiar, placement, record))
+        placed.sort(key=lambda each: each[0])
+        plans = []
+        for _, placement, record in placed[:N_PLACEMENTS]:
+            q_goal = clip_to_range(subspace.inverse_transform(placement.z))
+            q_start = clip_to_range(record.q_start)
+            plan = replace(self.scripted, palm=placement.palm, q_start=q_start, q_goal=q_goal)
+            plans += [replace(plan, arrive=arrive) for arrive in ARRIVALS]
+        return plans
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
         """Return a plan displaced by ``point`` (size,), in units of the initial spreads."""
         subspace = self.controller.subspace
-        n = self.n_components
-        z = subspace.transform(plan.q_goal) + STEP_COMPONENT * point[:n]
-        palm = plan.palm.moved(
-            STEP_POSITION * point[n : n + 3], Rotation.from_rotvec(STEP_TURN * point[n + 3 :])
+        n = len(subspace.components_)
+        z = subspace.transform(plan.q_goal) + STEPS["z"] * point[:n]
+        turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
+        return replace(
+            plan,
+            palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
+            q_goal=clip_to_range(subspace.inverse_transform(z)),
+            squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
         )
-        posture = clip_to_range(subspace.inverse_transform(z))
-        return GraspPlan(palm, plan.retreat, plan.q_start, posture, plan.squeeze)
 
-    def attempt(self, plan: GraspPlan) -> tuple[float, GraspPlan, Rollout]:
-        """Run a plan and say what it costs; less is better."""
-        schedule = schedule_for(self.stage.task)
-        driver = learned_driver(self.controller, plan, self.stage.lead, schedule)
-        rollout = simulate(self.stage, plan, driver, schedule=schedule)
-        return cost_of(rollout, self.stage.task), plan, rollout
+    def cost(self, plan: GraspPlan) -> float:
+        """Run a plan, nominal and perturbed, and return its mean cost."""
+        return mean_cost([partial(self._cost_on, stage, plan) for stage in self.stages])
 
-
-def cost_of(rollout: Rollout, task: Task) -> float:
-    """Cost of a run for the search: at least 1 where it failed, -1 to 0 where it held.
-
-    A failure costs less the longer it held and the nearer it came; a success is worth what is
-    left of the limits on slip and tilt.
-    """
-    outcome, rule = rollout.outcome, task.rule
-    slip = min(outcome.peak_slip_m / rule.slip, 5.0)
-    tilt = min(outcome.peak_tilt_deg / rule.tilt_deg, 5.0)
-    if outcome.success:
-        return max(slip, tilt) - 1.0
-    held = min(outcome.hold_s / rule.hold, 1.0) if rule.hold else 0.0
-    lifted = min(outcome.lift_m / rule.lift, 1.0) if rule.lift else 0.0
-    grip = float((rollout.contact_force > 0).any(axis=0).sum()) / rollout.contact_force.shape[1]
-    return 1.0 + (1 - held) + 0.5 * (1 - lifted) + 0.5 * (1 - grip) + 0.1 * (slip + tilt)
+    def _cost_on(self, stage: Stage, plan: GraspPlan) -> float:
+        return cost_of(run_plan(self.controller, stage, plan, brief=True), self.task)

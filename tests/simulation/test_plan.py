@@ -102,8 +102,8 @@ def test_perturbations_stay_within_their_ranges_and_repeat():
 def test_plans_are_kept_by_task_and_survive_a_round_trip(tmp_path, plan):
     store = PlanStore(tmp_path / "plans" / "a.json")
     assert store.read() == {}
-    store.add("cube-raise", plan)
-    store.add("jar-move", plan)
+    store.add("cube-raise", plan, held=True)
+    store.add("jar-move", plan, held=False)
     back = store.read()
     assert set(back) == {"cube-raise", "jar-move"}
     np.testing.assert_allclose(back["cube-raise"].q_goal, plan.q_goal, rtol=1e-15)
