@@ -14,6 +14,7 @@ from handsim.learning.paths import arc_length, at_arc_length, follow
 from handsim.learning.scores import roll_out
 from handsim.learning.subspace import PostureSubspace
 from handsim.motion.recording import RecordingSet
+from handsim.simulation.experiments import SUBJECT
 from handsim.viewing.style import (
     BLUE,
     FIELD_COLOURS,
@@ -241,6 +242,8 @@ def make_figures(
     The 2-dimensional ones (1b and 3) show a fit of two components to the same recordings, as the
     paper's do, without refinements: those add samples, and costs before and after do not compare.
 
+    Figures of synthetic recordings say so.
+
     Returns
     -------
     list of Path
@@ -279,9 +282,13 @@ def make_figures(
     }
     if controller.navigation.n_dimensions == 1:  # neither a plane to slice nor paths in one
         del figures["fig4_field"], figures["fig6_paths"]
+    synthetic = all(recording.subject == SUBJECT for recording in recordings)
     written: list[Path] = []
     for i, (name, make) in enumerate(figures.items()):
-        written += save_figure(make(), folder, name)
+        figure = make()
+        if synthetic:
+            figure.suptitle("synthetic recordings", x=0.99, ha="right", size=7, color="#6B7280")
+        written += save_figure(figure, folder, name)
         if progress:
             progress((i + 1) / len(figures))
     return written

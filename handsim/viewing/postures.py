@@ -10,6 +10,7 @@ from handsim.hand.model import Side, build_hand
 from handsim.joints import JOINT_NAMES, Array
 from handsim.learning.controller import GraspController
 from handsim.motion.recording import Recording
+from handsim.simulation.experiments import SUBJECT
 from handsim.viewing.clips import Clip, Overlay
 from handsim.viewing.overlay import Caption, SubspaceInset
 
@@ -85,6 +86,7 @@ def comparison_clips(recording: Recording, controller: GraspController) -> tuple
     recorded = controller.subspace.transform(recording.q)
     followed = controller.subspace.transform(sequence.q)
     time = recording.time - recording.time[0]
+    kind = "synthetic recording" if recording.subject == SUBJECT else "recording"
     end = "arrives" if sequence.arrived else f"does not arrive: {sequence.reason}"
     return (
         posture_clip(
@@ -92,7 +94,7 @@ def comparison_clips(recording: Recording, controller: GraspController) -> tuple
             recording.q,
             model,
             (
-                Caption((f"recording {recording.name}", recording.task)),
+                Caption((f"{kind} {recording.name}", recording.task)),
                 SubspaceInset(time, recorded),
             ),
         ),

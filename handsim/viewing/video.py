@@ -24,7 +24,9 @@ MAX_GIF_FPS = 50.0
 """GIF times frames in steps of 10 ms, and browsers slow down those shorter than 20 ms."""
 ENCODER_INSTALL = "pip install --force-reinstall imageio-ffmpeg"
 """Its wheels for the usual platforms carry an ffmpeg."""
-_PALETTE = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=5"
+_PALETTE = (
+    "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=5"
+)
 _GIF_OPTIONS = ("-filter_complex", _PALETTE, "-loop", "0")
 _MP4_OPTIONS = (
     *("-c:v", "libx264", "-pix_fmt", "yuv420p"),

@@ -17,6 +17,7 @@ from handsim.learning.paths import at_arc_length
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.workspace import lay_basis
 from handsim.motion.recording import Recording, RecordingSet
+from handsim.viewing import figures
 from handsim.viewing.figures import (
     components_figure,
     draw_eigengrasps,
@@ -177,10 +178,23 @@ def test_eigengrasps_go_both_ways_from_the_mean(
 
 
 def test_all_figures_in_both_formats(
-    rendering: str, controller: GraspController, recordings: RecordingSet, target: Path
+    rendering: str,
+    controller: GraspController,
+    recordings: RecordingSet,
+    target: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     done: list[float] = []
+    titles = []
+    original = figures.save_figure
+
+    def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+        titles.append(figure.get_suptitle())
+        return original(figure, folder, name)
+
+    monkeypatch.setattr(figures, "save_figure", save)
     written = make_figures(controller, recordings, target, done.append)
+    assert titles == ["synthetic recordings"] * 6
     assert sorted(path.name for path in written) == sorted(path.name for path in target.iterdir())
     stems = {path.stem for path in written}
     assert {stem.split("_")[0] for stem in stems} == {

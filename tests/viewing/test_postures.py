@@ -74,6 +74,8 @@ def test_recording_beside_controller_starts_and_ends_with_it() -> None:
     assert left.duration == pytest.approx(recording.duration)
     assert right.duration == pytest.approx(recording.duration, abs=0.011)
     assert left.model is right.model
+    assert left.overlays[0].lines == ("synthetic recording r2", "cube-raise")
+    assert right.overlays[0].lines == ("controller", "arrives")
     for end in (0, -1):
         gap = np.linalg.norm(left.qpos[end] - right.qpos[end])
         # What the subspace leaves out, and the 4 deg within which a path counts as arrived.
