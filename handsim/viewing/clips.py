@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError
-from handsim.viewing.stage import Camera, Frame, Scene, Stage, View, open_stage
+from handsim.viewing.stage import SIZE_LIMITS, Camera, Frame, Scene, Stage, View, open_stage
 from handsim.viewing.video import contact_sheet, tile, write_image, write_video
 
 Array = npt.NDArray[np.float64]
@@ -132,6 +132,11 @@ def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) 
     columns = columns or math.ceil(math.sqrt(len(clips)))
     rows = math.ceil(len(clips) / columns)
     width, height = view.width // columns, view.height // rows
+    if min(width, height) < SIZE_LIMITS[0]:
+        raise InputError(
+            f"{columns} x {rows} movements in {view.width}x{view.height} pixels leave {width}x{height} "
+            f"each; give a size that leaves {SIZE_LIMITS[0]} or more"
+        )
     with open_stage(width, height, view.shadows) as stage:
         players = [_Player(clip, stage, view.camera) for clip in clips]
         cells: dict[int, Frame] = {}

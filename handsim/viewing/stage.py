@@ -21,7 +21,8 @@ Frame = npt.NDArray[np.uint8]
 Vector = npt.NDArray[np.float64]
 
 CAMERAS: tuple[str, ...] = ("view", "front", "side", "palm", "top", "orbit", "follow")
-"""Names of the cameras. All but the last two are the model's own where it has them."""
+"""Names of the cameras. All but the moving ones are the model's own where it has them."""
+_MOVING = ("orbit", "follow")
 _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored where the thumb is
     # on the other side), elevation
     "view": (-140.0, -15.0),
@@ -37,7 +38,8 @@ ORBIT_PERIOD_S = 8.0
 FOLLOW_TIME_S = 0.3
 """Time constant with which the following camera comes after the hand [s]."""
 _MAX_GEOMS = 4000
-_SIZE_LIMITS = (16, 4096)
+SIZE_LIMITS = (16, 4096)
+"""Least and greatest width and height [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class View:
         InputError
             If one is outside what can be drawn and encoded.
         """
-        low, high = _SIZE_LIMITS
+        low, high = SIZE_LIMITS
         for name, value in (("width", self.width), ("height", self.height)):
             if not low <= value <= high:
                 raise InputError(f"{name} of {value} pixels; give {low} to {high}")
@@ -116,7 +118,7 @@ class Camera:
             raise UnknownNameError("camera", name, tuple(dict.fromkeys((*CAMERAS, *own))))
         self.name = name
         self.view = mujoco.MjvCamera()
-        if name in own:
+        if name in own and name not in _MOVING:
             self.view.type = mujoco.mjtCamera.mjCAMERA_FIXED
             self.view.fixedcamid = model.camera(name).id
             return
@@ -132,7 +134,7 @@ class Camera:
         """Turn or move the camera to where it is at ``time`` [s]."""
         if self.name == "orbit":
             self.view.azimuth = self._start_azimuth + 360.0 * time / ORBIT_PERIOD_S
-        elif self.name == "follow" and self.view.fixedcamid < 0:
+        elif self.name == "follow":
             elapsed = 0.0 if self._last_time is None else max(0.0, time - self._last_time)
             self._last_time = time
             share = 1.0 - np.exp(-elapsed / FOLLOW_TIME_S)

@@ -166,6 +166,11 @@ def test_arrays_that_do_not_belong_together(ball: mujoco.MjModel) -> None:
         drawn([], SMALL)
 
 
+def test_cells_too_small_to_draw(ball: mujoco.MjModel) -> None:
+    with pytest.raises(InputError, match="5 x 1 movements in 64x48 pixels leave 12x48 each"):
+        drawn([lift(ball)] * 5, SMALL, columns=5)
+
+
 def test_context_is_freed_when_only_some_frames_are_taken(
     rendering: str, ball: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -104,6 +104,16 @@ def test_cameras_look_at_the_hand_from_where_it_fits(name: str) -> None:
     assert view.distance == pytest.approx(0.16 / np.tan(np.pi / 8))
 
 
+def test_moving_cameras_move_whatever_the_model_calls_its_own() -> None:
+    text = HAND.format(side=0.03).replace("<worldbody>", '<worldbody><camera name="orbit"/>')
+    model = mujoco.MjModel.from_xml_string(text)
+    data = started(model)
+    camera = Camera(model, data, "orbit")
+    start = camera.view.azimuth
+    camera.aim(model, data, 1.0)
+    assert camera.view.azimuth != start
+
+
 def test_views_are_mirrored_for_a_left_hand() -> None:
     right, left = (Camera(m, started(m), "side").view for m in (hand(0.03), hand(-0.03)))
     assert left.azimuth == pytest.approx(-right.azimuth)
