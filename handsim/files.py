@@ -19,8 +19,10 @@ import numpy.typing as npt
 
 from handsim.errors import FileError
 
-MAX_ARCHIVE_BYTES = 4 * 1024**3
+MAX_ARCHIVE_BYTES = 512 * 1024**2
 """Uncompressed size above which an archive is refused before anything of it is read."""
+MAX_TEXT_BYTES = 64 * 1024**2
+"""Size above which a text file is refused; a minute of postures at 100 Hz takes 1.5 MB."""
 
 
 @contextmanager
@@ -61,6 +63,34 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def read_text(path: Path) -> str:
+    """Read a text file.
+
+    Raises
+    ------
+    FileError
+        If it is missing, too large or not UTF-8.
+    """
+    path = Path(path)
+    if not is_file(path):
+        raise FileError(f"{path}: no such file; check the path")
+    try:
+        size = path.stat().st_size
+        if size > MAX_TEXT_BYTES:
+            raise FileError(f"{path}: {size} bytes, more than {MAX_TEXT_BYTES}; split it")
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(f"{path}: cannot be read as text ({error}); it must be UTF-8") from error
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a file; a name that no file can have is the name of none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # too long a name, a null character in it
+        return False
+
+
 def write_archive(
     path: Path,
     kind: str,
@@ -95,7 +125,7 @@ def read_archive(
         If the file is missing, damaged, of another kind or of a newer schema.
     """
     path = Path(path)
-    if not path.is_file():
+    if not is_file(path):
         raise FileError(f"{path}: no such file; check the path")
     try:
         header, arrays = _read_members(path)
@@ -117,18 +147,36 @@ def read_archive(
 
 
 def _read_members(path: Path) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-    with zipfile.ZipFile(path) as members:
-        total = sum(member.file_size for member in members.infolist())
-    if total > MAX_ARCHIVE_BYTES:
-        raise FileError(
-            f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; not read"
-        )
-    with np.load(path, allow_pickle=False) as stored:
-        header = json.loads(str(stored["header"]))
-        arrays = {name: stored[name] for name in stored.files if name != "header"}
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+        total = sum(member.file_size for member in members)
+        if total > MAX_ARCHIVE_BYTES:
+            raise FileError(
+                f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; not read"
+            )
+        arrays = {
+            member.filename.removesuffix(".npy"): _read_array(archive, member)
+            for member in members
+        }
+    header = json.loads(str(arrays.pop("header")))
     if not isinstance(header, dict):
         raise FileError(f"{path}: its header is not a table; it was not written by handsim")
     return header, arrays
+
+
+def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArray[Any]:
+    """Read one array. ``np.load`` would allocate whatever its header claims, before reading it."""
+    with archive.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        read_header = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }[version]
+        shape, fortran, dtype = read_header(stream)
+        if dtype.hasobject:
+            raise ValueError(f"{member.filename} holds Python objects")
+        content = bytearray(stream.read())  # its checksum is compared at the end
+    return np.ndarray(shape, dtype, content, order="F" if fortran else "C")
 
 
 def data_folder(name: str) -> Path:

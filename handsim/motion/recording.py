@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import FileError, InputError
-from handsim.files import write_text
+from handsim.files import read_text, write_text
 from handsim.joints import JOINT_NAMES, N_JOINTS
 
 Array = npt.NDArray[np.float64]
@@ -273,13 +273,10 @@ def _recording_of_row(folder: Path, where: str, values: dict[str, str]) -> Recor
 
 
 def _read_table(path: Path, columns: tuple[str, ...]) -> tuple[list[str], list[list[str]]]:
-    if not path.is_file():
-        raise FileError(f"{path}: no such file; check the path")
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"{path}: cannot be read as text ({error}); it must be CSV") from error
-    rows = [row for row in csv.reader(io.StringIO(text)) if row]
+        rows = [row for row in csv.reader(io.StringIO(read_text(path))) if row]
+    except csv.Error as error:
+        raise FileError(f"{path}: not a CSV file ({error}); export it again") from error
     if not rows:
         raise FileError(f"{path}: is empty; its first row must name the columns")
     header = [cell.strip() for cell in rows[0]]
