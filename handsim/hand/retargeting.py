@@ -1,0 +1,359 @@
+"""Map postures of the human hand to a robot hand of other proportions or joints.
+
+The paper leaves this for later (its Sec. VII); here it is done by matching fingertips. For each
+posture the robot's joints x minimise
+
+    sum_i  w_t^2 |p_i - p_i*|^2  +  sum_i w_o(d_i)^2 |(p_i - p_thumb) - s (h_i - h_thumb)|^2
+    + sum_i w_d^2 L^2 |a_i - a_i*|^2  + (small) distance to the last posture and to mid-range
+
+within their ranges, in the frame of the palm. h_i are the pads of the human fingers, p_i the
+points that the user named on the robot, a_i the directions out of the fingers, d_i the human
+distance from thumb to finger, L the mean length of the robot's fingers. The targets are
+
+    p_i* = robot's root_i + s_i (h_i - human root_i),   s_i = length of robot's / human finger i,
+
+so that each finger moves about where it is rooted, however broad the palm is. The thumb-finger
+vectors are scaled by one s for the whole hand and count the more the closer they are: grasps live
+there, and what touches in the human hand must touch in the robot's.
+
+What it needs of the user: an MJCF (or URDF), the names of palm and fingertips (`RobotHand`; frames
+with an offset do where the file has no sites), and which finger stands for which, which is
+the keys of ``fingertips``: a three-finger hand may take thumb, index and middle, or thumb, index
+and little. Hinges and slides, joints that follow others by ``<equality><joint>`` and any arm around
+the hand are understood; ball joints, closed loops and tendon couplings are refused. The wrist's two
+angles are not mapped: they belong to whatever carries the robot's palm. Collisions of the robot
+with itself are not looked at.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import least_squares
+
+from handsim.errors import InputError
+from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
+from handsim.hand.model import Side, build_hand
+from handsim.hand.robot_hand import Fingertips, Frame, RobotHand
+from handsim.joints import FINGERS, JOINT_INDEX, N_JOINTS, Array, Finger
+
+TIP_TOLERANCE = 0.25
+"""How far a fingertip may be from its target, / mean length of the robot's fingers, to match."""
+OPENING_TOLERANCE = 0.10
+"""How far the vector from thumb to finger may be off, / that length and the vector's together."""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What counts how much; errors are relative to the mean length of the robot's fingers.
+
+    Attributes
+    ----------
+    tip
+        Fingertips at their targets.
+    opening, pinch
+        Vectors from thumb to fingers, far apart and touching.
+    near
+        Human distance over which ``pinch`` fades into ``opening``, / human finger's mean length.
+    direction
+        Directions out of the fingers.
+    previous
+        Distance to the posture before [rad].
+    middle
+        Distance to mid-range, / half of the range; decides only where nothing else does.
+    """
+
+    tip: float = 1.0
+    opening: float = 1.0
+    pinch: float = 5.0
+    near: float = 0.5
+    direction: float = 0.15
+    previous: float = 0.05
+    middle: float = 0.0005
+
+
+@dataclass(frozen=True)
+class Retargeted:
+    """Postures of the robot hand and how well they match.
+
+    Attributes
+    ----------
+    joint_names
+        Of the robot, (n_joints,).
+    positions : (..., n_joints) [rad, m for slides]
+    fingers
+        The n fingers that both hands have, thumb first.
+    tip_error : (..., n) [m]
+        Distance of each fingertip from its target.
+    opening_error : (..., n) [m]
+        Of the vector from thumb to finger; 0 for the thumb, and where there is none.
+    matched : (...)
+        Whether all errors are within `TIP_TOLERANCE` and `OPENING_TOLERANCE`.
+    reason
+        Empty where all match; else how many do not, and the worst fingertip.
+    """
+
+    joint_names: tuple[str, ...]
+    positions: Array
+    fingers: tuple[Finger, ...]
+    tip_error: Array
+    opening_error: Array
+    matched: npt.NDArray[np.bool_]
+    reason: str
+
+
+class Retargeter:
+    """Maps postures of the human hand to one robot hand.
+
+    Parameters
+    ----------
+    robot
+        The robot hand.
+    hand_length, hand_breadth
+        Of the person whose postures they are [m].
+    side
+        Of the robot hand; a recorded right hand drives a left robot as its mirror image.
+    opening_scale
+        Scale of the vectors from thumb to fingers: by default that of the hands, so that the
+        robot opens as wide for its size as the person; 1 keeps the width of the objects.
+    weights
+        What counts how much.
+
+    Attributes
+    ----------
+    finger_scale : (n,)
+        Length of the robot's fingers over the person's.
+    scale
+        The same for all of them together.
+
+    Raises
+    ------
+    InputError
+        If the person's hand cannot be built or ``opening_scale`` is not positive.
+    """
+
+    def __init__(
+        self,
+        robot: RobotHand,
+        hand_length: float = HAND_LENGTH,
+        hand_breadth: float = HAND_BREADTH,
+        side: Side = "right",
+        opening_scale: float | None = None,
+        weights: Weights | None = None,
+    ) -> None:
+        if opening_scale is not None and not 0 < opening_scale < np.inf:
+            raise InputError(f"opening scale {opening_scale:g}; give a positive number, 1 = as is")
+        self.robot = robot
+        self.human = human_hand(hand_length, hand_breadth, side)
+        self.weights = weights or Weights()
+        self._glove = [JOINT_INDEX[name] for name in self.human.joint_names]
+        self._chosen = [FINGERS.index(finger) for finger in robot.fingers]
+        human_reach = self.human.reach[self._chosen]
+        self.finger_scale: Array = robot.reach / human_reach
+        self.scale = float(robot.reach.sum() / human_reach.sum())
+        self.opening_scale = self.scale if opening_scale is None else opening_scale
+        self._unit = float(robot.reach.mean())
+        self._near = self.weights.near * float(human_reach.mean())
+
+    def retarget(self, q: Array, max_step: float = np.inf) -> Retargeted:
+        """Map a posture (22,) or a sequence of them (n, 22) [rad], glove order.
+
+        Each posture of a sequence starts from the one before and is drawn to it.
+
+        Parameters
+        ----------
+        q
+            They may leave the human ranges, as gloves do.
+        max_step
+            Largest change of a coordinate from one posture to the next [rad, m for slides].
+
+        Returns
+        -------
+        Retargeted
+            Postures that do not match are results too; ``matched`` and ``reason`` tell.
+
+        Raises
+        ------
+        InputError
+            If ``q`` has another shape or is not finite, or ``max_step`` is not positive.
+        """
+        postures = np.asarray(q, dtype=float)
+        if postures.shape[-1:] != (N_JOINTS,) or postures.ndim > 2 or not len(postures):
+            raise InputError(f"postures of shape {postures.shape}; give (22,) or (n, 22)")
+        if not np.isfinite(postures).all():
+            raise InputError("postures hold values that are not finite; give angles in radians")
+        if not max_step > 0:
+            raise InputError(f"largest step {max_step:g}; give a positive one")
+        x, errors = None, []
+        path = np.empty((len(np.atleast_2d(postures)), len(self.robot.lower)))
+        for i, posture in enumerate(np.atleast_2d(postures)):
+            fit = _Fit(self, posture)
+            x = path[i] = fit.first() if x is None else fit.after(x, max_step)
+            errors.append(fit.errors(x))
+        tip, opening, excess = np.transpose(errors, (1, 0, 2))
+        lead = postures.shape[:-1]
+        matched, reason = _judge(tip, opening, excess, self.robot.fingers)
+        return Retargeted(
+            self.robot.joint_names,
+            self.robot.joint_positions(path).reshape(*lead, -1),
+            self.robot.fingers,
+            tip.reshape(*lead, -1),
+            opening.reshape(*lead, -1),
+            matched.reshape(lead),
+            reason,
+        )
+
+    def targets(self, q: Array) -> tuple[Array, Array, Array, Array]:
+        """Return what the robot is to match for a posture (22,) [rad], palm frame.
+
+        Returns
+        -------
+        points : (n, 3)
+            Fingertips [m].
+        openings : (n, 3)
+            Vectors from the thumb to them [m]; 0 without a thumb.
+        directions : (n, 3)
+            Unit vectors out of the fingers.
+        weights : (n,)
+            Of the openings; 0 for the thumb.
+        """
+        pads = self.human.forward(q[self._glove])
+        points, directions = pads.points[self._chosen], pads.directions[self._chosen]
+        scale = self.finger_scale[:, None]
+        moved = self.robot.roots + scale * (points - self.human.roots[self._chosen])
+        openings = _openings(points, self.robot.fingers)
+        closeness = np.exp(-np.sum((openings / self._near) ** 2, axis=1))
+        weights = self.weights.opening + closeness * (self.weights.pinch - self.weights.opening)
+        weights[[finger == "thumb" for finger in self.robot.fingers]] = 0.0
+        if "thumb" not in self.robot.fingers:
+            weights[:] = 0.0
+        return moved, self.opening_scale * openings, directions, weights
+
+
+def human_hand(
+    hand_length: float = HAND_LENGTH, hand_breadth: float = HAND_BREADTH, side: Side = "right"
+) -> RobotHand:
+    """Return the human hand in the terms of a robot hand, its pads as fingertips.
+
+    Parameters
+    ----------
+    hand_length, hand_breadth, side
+        As in `handsim.hand.model.build_hand`.
+    """
+    pads: dict[Finger, Frame | str] = {finger: f"{finger}_pad" for finger in FINGERS}
+    return RobotHand(build_hand(hand_length, hand_breadth, side), "palm", pads)
+
+
+class _Fit:
+    """The least-squares problem of one posture."""
+
+    def __init__(self, retargeter: Retargeter, q: Array) -> None:
+        self.robot, self.weights = retargeter.robot, retargeter.weights
+        self.unit = retargeter._unit
+        self.points, self.openings, self.directions, of_openings = retargeter.targets(q)
+        self.of_openings = of_openings[:, None]
+        self.middle = (self.robot.lower + self.robot.upper) / 2
+        self.half = np.maximum((self.robot.upper - self.robot.lower) / 2, 1e-9)
+
+    def first(self) -> Array:
+        """Fit from several starts, there being no posture before; return the best."""
+        lower, upper = self.robot.lower, self.robot.upper
+        starts = (self.robot.reference, self.middle, 0.75 * lower + 0.25 * upper)
+        fits = [self._solve(np.clip(x, lower, upper), lower, upper) for x in starts]
+        return min(fits, key=lambda fit: fit[1])[0]
+
+    def after(self, previous: Array, max_step: float) -> Array:
+        """Fit from the posture before, and no further from it than ``max_step``."""
+        lower = np.maximum(self.robot.lower, previous - max_step)
+        upper = np.minimum(self.robot.upper, previous + max_step)
+        return self._solve(previous, lower, upper, previous)[0]
+
+    def errors(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return how far fingertips and thumb-finger vectors are off [m], and / what may be."""
+        points = self.robot.forward(x).points
+        tip = np.linalg.norm(points - self.points, axis=1)
+        opening = np.linalg.norm(_openings(points, self.robot.fingers) - self.openings, axis=1)
+        wide = self.unit + np.linalg.norm(self.openings, axis=1)
+        excess = np.maximum(tip / TIP_TOLERANCE / self.unit, opening / OPENING_TOLERANCE / wide)
+        return tip, opening, excess
+
+    def _solve(
+        self, start: Array, lower: Array, upper: Array, previous: Array | None = None
+    ) -> tuple[Array, float]:
+        """Return the optimum within bounds, (m,), and its cost."""
+        free = upper - lower > 1e-9
+        x = np.clip(start, lower, upper)
+        cache: dict[bytes, Fingertips] = {}
+
+        def whole(part: Array) -> Array:
+            full = x.copy()
+            full[free] = part
+            return full
+
+        def forward(part: Array) -> Fingertips:
+            key = part.tobytes()
+            if key not in cache:
+                cache.clear()
+                cache[key] = self.robot.forward(whole(part))
+            return cache[key]
+
+        result = least_squares(
+            lambda part: self._residual(whole(part), forward(part), previous),
+            x[free],
+            lambda part: self._jacobian(forward(part), previous)[:, free],  # pyright: ignore[reportArgumentType]
+            bounds=(lower[free], upper[free]),
+            x_scale="jac",
+            xtol=1e-7,
+            ftol=1e-9,
+            max_nfev=100,
+        )
+        return whole(result.x), float(result.cost)
+
+    def _residual(self, x: Array, tips: Fingertips, previous: Array | None) -> Array:
+        weights = self.weights
+        openings = _openings(tips.points, self.robot.fingers)
+        parts = [
+            weights.tip / self.unit * (tips.points - self.points),
+            self.of_openings / self.unit * (openings - self.openings),
+            weights.direction * (tips.directions - self.directions),
+            weights.middle * (x - self.middle) / self.half,
+        ]
+        if previous is not None:
+            parts.append(weights.previous * (x - previous))
+        return np.concatenate([part.ravel() for part in parts])
+
+    def _jacobian(self, tips: Fingertips, previous: Array | None) -> Array:
+        weights = self.weights
+        openings = _openings(tips.d_points, self.robot.fingers)
+        size = len(self.middle)
+        parts = [
+            weights.tip / self.unit * tips.d_points,
+            self.of_openings[:, None] / self.unit * openings,
+            weights.direction * tips.d_directions,
+            np.diag(weights.middle / self.half),
+        ]
+        if previous is not None:
+            parts.append(weights.previous * np.eye(size))
+        return np.vstack([part.reshape(-1, size) for part in parts])
+
+
+def _openings(points: Array, fingers: tuple[Finger, ...]) -> Array:
+    """Return what of each finger is relative to the thumb, (n, ...); 0 where there is no thumb."""
+    if "thumb" not in fingers:
+        return np.zeros_like(points)
+    return points - points[fingers.index("thumb")]
+
+
+def _judge(
+    tip: Array, opening: Array, excess: Array, fingers: tuple[Finger, ...]
+) -> tuple[npt.NDArray[np.bool_], str]:
+    """Return which of n postures match, (n,), and why the others do not."""
+    matched = np.all(excess <= 1.0, axis=1)
+    if matched.all():
+        return matched, ""
+    i, j = np.unravel_index(np.argmax(excess), excess.shape)
+    return matched, (
+        f"{np.sum(~matched)} of {len(matched)} postures do not match; worst is the {fingers[j]} in "
+        f"posture {i}, {1e3 * tip[i, j]:.0f} mm from its target and {1e3 * opening[i, j]:.0f} mm "
+        f"off relative to the thumb, {excess[i, j]:.1f} times the tolerance"
+    )

@@ -1,0 +1,247 @@
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from handsim.errors import InputError
+from handsim.files import data_folder
+from handsim.hand.postures import POSTURES
+from handsim.hand.retargeting import (
+    OPENING_TOLERANCE,
+    TIP_TOLERANCE,
+    Retargeter,
+    Weights,
+    _Fit,
+    human_hand,
+)
+from handsim.hand.robot_hand import RobotHand
+from handsim.joints import JOINT_INDEX, clip_to_range
+from handsim.motion.recording import read_recordings
+
+FOUR_FINGERS = Path(__file__).parent / "data" / "four_finger_hand.xml"
+TIPS = {"thumb": "thumb_touch", "index": "f1_touch", "middle": "f2_touch", "ring": "f3_touch"}
+SMALLER = (0.15, 0.15 * 0.0883 / 0.1933)
+"""A hand of the default's proportions."""
+
+
+@pytest.fixture(scope="module")
+def robot() -> RobotHand:
+    return RobotHand(FOUR_FINGERS, "base_frame", TIPS)
+
+
+@pytest.fixture(scope="module")
+def reach() -> np.ndarray:
+    """A recorded reach, every second frame, (n, 22) [rad]."""
+    recordings = read_recordings(data_folder("assets") / "experiments")
+    recording = next(r for r in recordings if r.name == "tall-glass-drink")
+    return clip_to_range(recording.q[::2])
+
+
+def test_the_four_finger_hand_is_unlike_a_persons(robot):
+    assert (len(robot.fingers), len(robot.joint_names)) == (4, 16)
+    scale = Retargeter(robot).finger_scale
+    assert scale.max() / scale.min() > 1.1
+    assert scale.min() > 1.3
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("name", ["rest", "pinch", "tripod"])
+def test_the_same_kinematics_at_another_size_give_the_posture_back(side, name):
+    retargeter = Retargeter(human_hand(*SMALLER, side=side), side=side)
+    assert retargeter.scale == pytest.approx(0.15 / 0.1933)
+    q = POSTURES[name]
+    result = retargeter.retarget(q)
+    given = q[[JOINT_INDEX[joint] for joint in result.joint_names]]
+    assert np.abs(result.positions - given).max() < np.deg2rad(0.5)
+    assert result.tip_error.max() < 2e-5
+    assert result.opening_error.max() < 2e-5
+    assert result.matched
+    assert result.reason == ""
+
+
+def test_the_same_kinematics_follow_a_recording(reach):
+    retargeter = Retargeter(human_hand(*SMALLER))
+    result = retargeter.retarget(reach)
+    given = reach[:, [JOINT_INDEX[joint] for joint in result.joint_names]]
+    assert np.sqrt(np.mean((result.positions - given) ** 2)) < np.deg2rad(0.5)
+    assert result.opening_error.max() < 2e-4
+    assert result.matched.all()
+
+
+def test_four_finger_hand_makes_a_recorded_reach(robot, reach):
+    retargeter = Retargeter(robot)
+    result = retargeter.retarget(reach)
+    assert result.positions.shape == (len(reach), 16)
+    assert result.tip_error.shape == result.opening_error.shape == (len(reach), 4)
+    assert np.all(result.positions >= robot.lower)
+    assert np.all(result.positions <= robot.upper)
+    assert result.matched.all(), result.reason
+    assert np.all(result.opening_error[:, 0] == 0), "the thumb against itself"
+    assert result.opening_error[-1].max() < 0.008, "at the grasp"
+    assert result.tip_error.max() < TIP_TOLERANCE * robot.reach.mean()
+    assert np.ptp(result.positions, axis=0).max() > np.deg2rad(30), "it moves"
+
+
+def test_errors_are_those_of_the_positions_returned(robot, reach):
+    retargeter = Retargeter(robot)
+    result = retargeter.retarget(reach[-1])
+    points, openings, _, _ = retargeter.targets(reach[-1])
+    tips = robot.forward(result.positions).points
+    assert np.allclose(result.tip_error, np.linalg.norm(tips - points, axis=1))
+    assert np.allclose(result.opening_error, np.linalg.norm(tips - tips[0] - openings, axis=1))
+
+
+def test_no_jumps_in_a_sequence(robot, reach):
+    """Halving the time between postures halves the steps, as it does of a continuous path."""
+    retargeter = Retargeter(robot)
+    line = np.linspace(0, 1, 25)[:, None] * (reach[-1] - reach[0]) + reach[0]
+    coarse, fine = retargeter.retarget(line[::2]), retargeter.retarget(line)
+    steps = [np.abs(np.diff(result.positions, axis=0)).max() for result in (coarse, fine)]
+    assert steps[1] < 0.65 * steps[0]
+    moved = retargeter.retarget(reach)
+    largest = np.abs(np.diff(reach, axis=0)).max()
+    assert np.abs(np.diff(moved.positions, axis=0)).max() < 4 * largest
+
+
+def test_largest_step_is_kept(robot, reach):
+    step = np.deg2rad(2.0)
+    result = Retargeter(robot).retarget(reach[::4], max_step=step)
+    moved = np.abs(np.diff(result.positions, axis=0))
+    assert moved.max() <= step + 1e-9
+    assert moved.max() > 0.99 * step, "it is what limits"
+
+
+def test_what_touches_in_the_human_hand_touches_in_the_robots(robot):
+    retargeter = Retargeter(robot)
+    for name, fingers in (("pinch", [1]), ("tripod", [1, 2])):
+        result = retargeter.retarget(POSTURES[name])
+        tips = robot.forward(result.positions).points
+        _, openings, _, _ = retargeter.targets(POSTURES[name])
+        for finger in fingers:
+            apart = np.linalg.norm(tips[finger] - tips[0])
+            assert apart == pytest.approx(np.linalg.norm(openings[finger]), abs=2e-3)
+    weak = Retargeter(robot, weights=Weights(opening=0.1, pinch=0.1)).retarget(POSTURES["pinch"])
+    assert weak.opening_error[1] > 0.005, "it is the weight that does it"
+
+
+def test_closeness_counts_more():
+    retargeter = Retargeter(human_hand())
+    *_, apart = retargeter.targets(POSTURES["flat"])
+    *_, touching = retargeter.targets(POSTURES["pinch"])
+    assert apart[0] == touching[0] == 0
+    assert touching[1] > 4
+    assert np.all(apart[1:] < 1.3)
+
+
+def test_opening_scale_of_one_keeps_the_width_of_things(robot):
+    q = POSTURES["rest"]
+    pads = human_hand().forward(q[[JOINT_INDEX[name] for name in human_hand().joint_names]]).points
+    _, as_is, _, _ = Retargeter(robot, opening_scale=1.0).targets(q)
+    assert np.allclose(as_is, (pads - pads[0])[:4])
+    _, scaled, _, _ = Retargeter(robot).targets(q)
+    assert np.allclose(scaled, Retargeter(robot).scale * as_is)
+
+
+def test_left_robot_mirrors_a_right_recording(robot, reach):
+    """The mirrored hand, y -> -y, moved by the mirrored person: the same joint positions."""
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    for body in spec.bodies[1:]:
+        body.pos = body.pos * [1, -1, 1]
+        body.quat = body.quat * [1, -1, 1, -1]
+        body.alt.euler = body.alt.euler * [-1, 1, -1]
+    for joint in spec.joints:
+        joint.axis = -joint.axis * [1, -1, 1]
+    for site in spec.sites:
+        site.pos = site.pos * [1, -1, 1]
+        site.quat = site.quat * [1, -1, 1, -1]
+    left = Retargeter(RobotHand(spec, "base_frame", TIPS), side="left").retarget(reach[-1])
+    right = Retargeter(robot).retarget(reach[-1])
+    assert np.allclose(left.positions, right.positions, atol=1e-4)
+
+
+@pytest.mark.parametrize("fingers", [("thumb", "index", "little"), ("index", "middle"), ("ring",)])
+def test_hands_with_fewer_fingers_and_without_thumb(fingers):
+    sites = {
+        "thumb": "thumb_touch",
+        "index": "f1_touch",
+        "middle": "f2_touch",
+        "little": "f3_touch",
+    }
+    sites["ring"] = "f3_touch"
+    robot = RobotHand(FOUR_FINGERS, "base_frame", {finger: sites[finger] for finger in fingers})
+    result = Retargeter(robot).retarget(POSTURES["rest"])
+    assert result.fingers == fingers
+    assert result.positions.shape == (4 * len(fingers),)
+    assert result.matched, result.reason
+    if "thumb" not in fingers:
+        assert np.all(result.opening_error == 0)
+
+
+def test_what_cannot_match_is_a_result_with_a_reason():
+    """A thumb that cannot leave the palm's side; its hand does what it can."""
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    spec.joint("thumb_roll").range = [-10, 0]
+    robot = RobotHand(spec, "base_frame", TIPS)
+    postures = np.array([POSTURES["flat"], POSTURES["tripod"]])
+    result = Retargeter(robot).retarget(postures)
+    assert result.matched.tolist() == [True, False]
+    assert "1 of 2 postures do not match" in result.reason
+    assert "posture 1" in result.reason
+    wide = robot.reach.mean()
+    assert result.opening_error[1].max() > OPENING_TOLERANCE * wide
+
+
+def test_coupled_joints_stay_coupled(reach):
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    for finger in ("f1", "f2", "f3"):
+        spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            name1=f"{finger}_end",
+            name2=f"{finger}_middle",
+            data=[0.0, 0.7, *[0.0] * 10],
+        )
+    robot = RobotHand(spec, "base_frame", TIPS)
+    result = Retargeter(robot).retarget(reach[-3:])
+    assert len(robot.lower) == 13
+    assert result.matched.all(), result.reason
+    at = result.joint_names.index
+    middle, end = result.positions[:, at("f1_middle")], result.positions[:, at("f1_end")]
+    assert np.allclose(end, 0.7 * middle)
+    assert middle.min() > 0.1
+
+
+def test_slope_of_the_residual(robot):
+    retargeter = Retargeter(robot)
+    fit = _Fit(retargeter, POSTURES["tripod"])
+    rng = np.random.default_rng(2)
+    x = robot.lower + rng.uniform(0.2, 0.8, 16) * (robot.upper - robot.lower)
+    previous = x + rng.normal(0, 0.1, 16)
+
+    def residual(at: np.ndarray) -> np.ndarray:
+        return fit._residual(at, robot.forward(at), previous)
+
+    slope = np.transpose([(residual(x + e) - residual(x - e)) / 2e-6 for e in 1e-6 * np.eye(16)])
+    assert np.allclose(fit._jacobian(robot.forward(x), previous), slope, atol=1e-7)
+
+
+def test_the_same_postures_give_the_same_bits(robot, reach):
+    first, again = (Retargeter(robot).retarget(reach[:3]).positions for _ in range(2))
+    assert np.array_equal(first, again)
+
+
+def test_bad_input_names_what_is_wrong(robot):
+    retargeter = Retargeter(robot)
+    with pytest.raises(InputError, match=r"\(16,\)"):
+        retargeter.retarget(np.zeros(16))
+    with pytest.raises(InputError, match=r"\(0, 22\)"):
+        retargeter.retarget(np.zeros((0, 22)))
+    with pytest.raises(InputError, match="finite"):
+        retargeter.retarget(np.full(22, np.nan))
+    with pytest.raises(InputError, match="step 0"):
+        retargeter.retarget(np.zeros(22), max_step=0.0)
+    with pytest.raises(InputError, match="opening scale"):
+        Retargeter(robot, opening_scale=-1.0)
+    with pytest.raises(InputError, match="hand length"):
+        Retargeter(robot, hand_length=2.0)
