@@ -134,8 +134,8 @@ def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) 
     width, height = view.width // columns, view.height // rows
     if min(width, height) < SIZE_LIMITS[0]:
         raise InputError(
-            f"{columns} x {rows} movements in {view.width}x{view.height} pixels leave {width}x{height} "
-            f"each; give a size that leaves {SIZE_LIMITS[0]} or more"
+            f"{columns} x {rows} movements in {view.width}x{view.height} pixels leave "
+            f"{width}x{height} each; give a size that leaves {SIZE_LIMITS[0]} or more"
         )
     with open_stage(width, height, view.shadows) as stage:
         players = [_Player(clip, stage, view.camera) for clip in clips]
