@@ -17,6 +17,7 @@ from handsim.hand.grasp_task import Grasp
 from handsim.hand.model import HandModel
 from handsim.hand.scene import hand_axes
 from handsim.joints import FINGERS, JOINT_INDEX, clip_to_range
+from handsim.simulation.closings import PINCHED
 from handsim.simulation.plan import Pose
 
 Array = npt.NDArray[np.float64]
@@ -48,10 +49,15 @@ class Opposition:
 
 
 def opposition(hand: HandModel, q: Array, grasp: Grasp) -> Opposition:
-    """Return the opposition of thumb and the grasp's fingers in posture ``q`` (22,) [rad]."""
+    """Return the opposition of thumb and the grasp's fingers in posture ``q`` (22,) [rad].
+
+    What is thinner than a finger is pinched half-way between pad and tip, as people do who pick it
+    up from a table.
+    """
     hand.set_posture(q)
     palm = palm_pose(hand)
-    pads = palm.rotation.inv().apply(hand.pads()[0] - palm.pos)
+    touching = hand.pads()[0] if grasp.width > PINCHED else _pinching(hand)
+    pads = palm.rotation.inv().apply(touching - palm.pos)
     thumb = pads[0]
     fingers = pads[[FINGERS.index(finger) for finger in grasp.fingers]].mean(axis=0)
     gap = float(np.linalg.norm(fingers - thumb))
@@ -137,6 +143,12 @@ class Wrist:
         mujoco.mju_mulQuat(quat, palm_quat, turn)
         mujoco.mju_rotVecQuat(offset, self._pos, quat)
         return palm_pos - offset, quat
+
+
+def _pinching(hand: HandModel) -> Array:
+    """Points of the distal segments' surfaces half-way between pad and tip, (5, 3) [m]."""
+    centres = np.array([hand.data.geom(f"{finger}_distal_geom").xpos for finger in FINGERS])
+    return centres + np.sqrt(0.5) * (hand.fingertips() + hand.pads()[0] - 2 * centres)
 
 
 def _frame(axis: Array, facing: Array) -> Array:

@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from handsim.hand.grasp_task import Grasp
 from handsim.joints import JOINT_INDEX, N_JOINTS
 
 Array = npt.NDArray[np.float64]
 
+PINCHED = 0.015
+"""Width below which a thing is pinched between fingertips [m]."""
 LONG_FINGERS = ("index", "middle", "ring", "little")
 
 
@@ -91,6 +94,34 @@ _TOP = Closing(
     sink=0.006,
 )
 
+_CURLED = {
+    "ring_mcp": 55.0, "ring_pip": 55.0, "ring_dip": 20.0,
+    "little_mcp": 55.0, "little_pip": 60.0, "little_dip": 20.0,
+}  # fmt: skip
+
+PINCH = Closing(
+    open=posture(
+        (0, 0, 0),
+        index_mcp=37, index_pip=31.5, index_dip=40, index_abduction=-4.2,
+        middle_mcp=24.5, middle_pip=62, middle_dip=23.4,
+        ring_mcp=32.5, ring_pip=31.3, ring_dip=42,
+        little_mcp=45, little_pip=40, little_dip=20,
+        thumb_rotation=96, thumb_abduction=34, thumb_mcp=-7.5, thumb_ip=72,
+    ),
+    shut=posture(
+        (0, 0, 0),
+        index_mcp=60.7, index_pip=31, index_dip=33.5, index_abduction=-3,
+        middle_mcp=48, middle_pip=61, middle_dip=19.4,
+        ring_mcp=53.2, ring_pip=34.6, ring_dip=38.8,
+        little_mcp=45, little_pip=40, little_dip=20,
+        thumb_rotation=104.4, thumb_abduction=7, thumb_mcp=-1.6, thumb_ip=-10,
+    ),
+    beyond=0.1,
+)  # fmt: skip
+"""From above, of what is thinner than a finger. By inverse kinematics: thumb and three fingertips
+face each other, their distal segments sloping by 45 deg, and meet on a straight line; so do those
+of the tripod."""
+
 CLOSINGS: dict[str, Closing] = {
     "side": Closing(
         open=posture((20, 20, 10), thumb_rotation=90, thumb_abduction=50, **_EXTENDED),
@@ -124,14 +155,16 @@ CLOSINGS: dict[str, Closing] = {
     ),
     "tripod": Closing(
         open=posture(
-            (40, 25, 5),
-            ring_mcp=50, ring_pip=60, little_mcp=55, little_pip=65,
-            thumb_rotation=85, thumb_abduction=35,
+            index_mcp=34.5, index_pip=23, index_dip=46, index_abduction=-4.4,
+            middle_mcp=24, middle_pip=51, middle_dip=33,
+            **_CURLED,
+            thumb_rotation=94.5, thumb_abduction=16, thumb_mcp=-10, thumb_ip=57,
         ),
         shut=posture(
-            (72, 42, 10),
-            ring_mcp=70, ring_pip=75, little_mcp=72, little_pip=78,
-            thumb_rotation=97, thumb_abduction=22, thumb_mcp=12, thumb_ip=12,
+            index_mcp=54.5, index_pip=31, index_dip=46.7, index_abduction=-3.1,
+            middle_mcp=43.7, middle_pip=57.6, middle_dip=33,
+            **_CURLED,
+            thumb_rotation=97.7, thumb_abduction=2.8, thumb_mcp=-1.4, thumb_ip=-12.2,
         ),
         beyond=0.1,
     ),
@@ -166,3 +199,10 @@ CLOSINGS: dict[str, Closing] = {
     ),
 }  # fmt: skip
 """By kind of grasp."""
+
+
+def closing_for(grasp: Grasp) -> Closing:
+    """Return the closing of a grasp, by its kind and by whether it is a pinch."""
+    if grasp.kind == "top" and grasp.width < PINCHED:
+        return PINCH
+    return CLOSINGS[grasp.kind]

@@ -15,7 +15,7 @@ from handsim.joints import clip_to_range
 from handsim.simulation.adjustment import Adjustment, adjustments
 from handsim.simulation.alignment import align_palm, close_to_width, opposition
 from handsim.simulation.closed_loop import Stage, simulate
-from handsim.simulation.closings import CLOSINGS, REST
+from handsim.simulation.closings import REST, closing_for
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.drivers import ScriptedDriver
 from handsim.simulation.plan import GraspPlan, Pose, schedule_for
@@ -45,7 +45,7 @@ def plan_for(
     """
     if adjustment is None:
         adjustment = adjustments().get(task.name, Adjustment())
-    closing = adjustment.closing(CLOSINGS[task.grasp.kind])
+    closing = adjustment.closing(closing_for(task.grasp))
     q_touch = close_to_width(hand, closing.open, closing.shut, task.grasp)
     palm = align_palm(opposition(hand, q_touch, task.grasp), task.grasp)
     palm = palm.moved(closing.sink * np.array(task.grasp.approach))
