@@ -3,12 +3,16 @@
 A file is read as bytes that cannot refer to other files: no materials, no includes.
 """
 
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from handsim.errors import FileError, InputError, MissingToolError
+from handsim.hand.convex_pieces import decompose
 from handsim.hand.grasp_object import Collider, GraspObject, Piece, TriangleMesh, hull
 
 if TYPE_CHECKING:
@@ -31,17 +35,6 @@ CONVEX_FILL = 0.97
 
 MAX_HULL_POINTS = 128
 """Points of one convex piece; more make contact slower and no better."""
-
-DECOMPOSITION = {
-    "threshold": 0.05,
-    "preprocess_mode": "off",  # the mesh is closed already
-    "mcts_iterations": 60,
-    "mcts_nodes": 10,
-    "resolution": 1000,
-    "max_ch_vertex": 64,
-}
-"""Settings of CoACD (Wei et al. 2022, ACM Trans. Graph. 41(4):42): a cup in 7 s rather than 18 s
-at the same share of excess volume as with its defaults."""
 
 
 def object_from_mesh(
@@ -123,17 +116,22 @@ def _read(path: Path) -> "trimesh.Trimesh":
     if size > MAX_FILE_BYTES:
         raise FileError(f"{path}: {size} bytes, more than {MAX_FILE_BYTES}; simplify the mesh")
     try:
-        with path.open("rb") as stream:
+        with path.open("rb") as stream, _quiet("trimesh"):
             mesh = trimesh.load_mesh(stream, file_type=kind, skip_materials=True)
-        if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-            raise FileError(f"{path}: holds no surface of triangles; export it again")
-        usable = bool(np.isfinite(mesh.vertices).all())
+            _check(mesh, path)
     except FileError:
         raise
     except Exception as error:  # every parser raises its own classes
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FileError(f"{path}: not a readable mesh ({reason}); export it again") from error
-    if not usable:
+    return mesh
+
+
+def _check(mesh: "trimesh.Trimesh", path: Path) -> None:
+    """Refuse what is not one solid, and turn it right side out."""
+    if mesh.vertices.shape[1:] != (3,) or len(mesh.faces) == 0:
+        raise FileError(f"{path}: holds no surface of triangles; export it again")
+    if not np.isfinite(mesh.vertices).all():
         raise FileError(f"{path}: has vertices that are not finite numbers; export it again")
     if not (mesh.is_watertight and mesh.is_winding_consistent):
         raise FileError(f"{path}: the mesh is not watertight; close its holes and export it again")
@@ -142,21 +140,29 @@ def _read(path: Path) -> "trimesh.Trimesh":
         raise FileError(f"{path}: the mesh encloses no volume; give it some thickness")
     if volume < 0:
         mesh.invert()
-    return mesh
+
+
+@contextmanager
+def _quiet(library: str) -> Iterator[None]:
+    """Keep a library from logging to standard error what is raised as an error anyway."""
+    log, sink = logging.getLogger(library), logging.NullHandler()
+    before, log.propagate = log.propagate, False
+    log.addHandler(sink)
+    try:
+        yield
+    finally:
+        log.removeHandler(sink)
+        log.propagate = before
 
 
 def _convex_pieces(mesh: "trimesh.Trimesh", path: Path, seed: int) -> tuple[Collider, ...]:
     if mesh.volume >= CONVEX_FILL * mesh.convex_hull.volume:
         return (_thinned(mesh.convex_hull.vertices),)
     try:
-        import coacd
-    except ImportError:
-        raise MissingToolError(
-            f"{path}: the mesh is concave and needs decomposition; run pip install coacd"
-        ) from None
-    coacd.set_log_level("error")
-    parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), seed=seed, **DECOMPOSITION)
-    return tuple(hull(vertices) for vertices, _ in parts)
+        pieces = decompose(mesh.vertices, mesh.faces, seed)
+    except (InputError, MissingToolError) as error:
+        raise type(error)(f"{path}: {error}") from error
+    return tuple(hull(vertices) for vertices in pieces)
 
 
 def _thinned(vertices: np.ndarray) -> Collider:

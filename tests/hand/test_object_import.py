@@ -1,4 +1,5 @@
 import builtins
+import sys
 from pathlib import Path
 
 import mujoco
@@ -9,6 +10,7 @@ import trimesh
 from handsim.errors import FileError, InputError, MissingToolError
 from handsim.hand.grasp_object import GraspObject
 from handsim.hand.object_import import MAX_HULL_POINTS, object_from_mesh
+from handsim.hand.objects import add_object
 from handsim.hand.scene import build_scene
 
 
@@ -78,15 +80,28 @@ def test_without_the_decomposer_the_command_that_installs_it_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = saved(bracket(), tmp_path / "bracket.stl")
-    load = builtins.__import__
+    monkeypatch.setattr("handsim.hand.convex_pieces.find_spec", lambda name: None)
+    with pytest.raises(MissingToolError, match=r"bracket\.stl: .* run pip install coacd"):
+        object_from_mesh(path, 0.1)
 
-    def without_coacd(name: str, *args: object, **kwargs: object) -> object:
-        if name == "coacd":
-            raise ImportError(name)
-        return load(name, *args, **kwargs)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(builtins, "__import__", without_coacd)
-    with pytest.raises(MissingToolError, match="pip install coacd"):
+def test_a_decomposition_that_crashes_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(InputError, match=r"bracket\.stl: the mesh cannot be decomposed"):
+        object_from_mesh(path, 0.1)
+
+
+def test_a_decomposition_without_end_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    monkeypatch.setattr("handsim.hand.convex_pieces.TIME_LIMIT", 0.01)
+    with pytest.raises(InputError, match="not decomposed within"):
         object_from_mesh(path, 0.1)
 
 
@@ -156,7 +171,52 @@ def test_mass_and_size_out_of_range_are_refused(
         object_from_mesh(path, mass, scale=scale)
 
 
-def test_materials_of_a_file_are_not_followed(tmp_path: Path) -> None:
-    box = trimesh.creation.box((0.04, 0.04, 0.04)).export(file_type="obj")
-    (tmp_path / "box.obj").write_text("mtllib /etc/passwd\n" + str(box), encoding="utf-8")
+def test_no_other_file_is_opened_for_a_mesh(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    box = str(trimesh.creation.box((0.04, 0.04, 0.04)).export(file_type="obj"))
+    (tmp_path / "box.obj").write_text("mtllib other.mtl\nusemtl x\n" + box, encoding="utf-8")
+    (tmp_path / "other.mtl").write_text("newmtl x\nmap_Kd secret.png\n", encoding="utf-8")
+    opened: list[str] = []
+    plain = builtins.open
+
+    def recording(file: object, *args: object, **kwargs: object) -> object:
+        opened.append(str(file))
+        return plain(file, *args, **kwargs)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(builtins, "open", recording)
     assert len(object_from_mesh(tmp_path / "box.obj", 0.1).colliders) == 1
+    assert not [name for name in opened if name.startswith(str(tmp_path)) and "box.obj" not in name]
+
+
+@pytest.mark.parametrize("kind", ["obj", "stl", "ply", "off"])
+def test_a_damaged_file_gives_an_object_or_one_line(
+    tmp_path: Path, kind: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("handsim.hand.object_import.decompose", lambda v, f, s: [v])
+    whole = saved(trimesh.creation.box((0.04, 0.05, 0.06)), tmp_path / f"whole.{kind}").read_bytes()
+    generator = np.random.default_rng(7)
+    path, refused = tmp_path / f"damaged.{kind}", 0
+    for _ in range(150):
+        content = bytearray(whole)
+        for _ in range(generator.integers(1, 5)):
+            place, change = int(generator.integers(len(content))), generator.integers(4)
+            if change == 0:
+                content[place] = int(generator.integers(256))
+            elif change == 1:
+                del content[place : place + int(generator.integers(1, 30))]
+            elif change == 2:
+                content[place:place] = generator.choice([b"nan", b"1e308", b"-9", b"\n", b"\0" * 8])
+            else:
+                content = content[: max(place, 1)]
+        path.write_bytes(bytes(content))
+        try:
+            spec = mujoco.MjSpec()
+            add_object(spec, object_from_mesh(path, 0.1))
+            spec.compile()
+        except InputError as error:
+            refused += 1
+            assert str(path) in str(error)
+            assert "\n" not in str(error)
+    assert 50 < refused < 150
+    assert capfd.readouterr().err == ""
