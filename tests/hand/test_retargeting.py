@@ -6,6 +6,8 @@ import pytest
 
 from handsim.errors import InputError
 from handsim.files import data_folder
+from handsim.hand.anthropometry import LENGTHS
+from handsim.hand.model import build_hand
 from handsim.hand.postures import POSTURES
 from handsim.hand.retargeting import (
     OPENING_TOLERANCE,
@@ -141,6 +143,8 @@ def test_opening_scale_of_one_keeps_the_width_of_things(robot):
     assert np.allclose(as_is, (pads - pads[0])[:4])
     _, scaled, _, _ = Retargeter(robot).targets(q)
     assert np.allclose(scaled, Retargeter(robot).scale * as_is)
+    _, narrow, _, _ = Retargeter(robot, opening_scale=0.8).targets(q)
+    assert np.allclose(narrow, 0.8 * as_is)
 
 
 def test_left_robot_mirrors_a_right_recording(robot, reach):
@@ -176,6 +180,14 @@ def test_hands_with_fewer_fingers_and_without_thumb(fingers):
     assert result.matched, result.reason
     if "thumb" not in fingers:
         assert np.all(result.opening_error == 0)
+
+
+def test_fingers_are_measured_against_their_own_counterparts():
+    some = RobotHand(build_hand(), "palm", {"index": "index_pad", "little": "little_pad"})
+    assert np.allclose(Retargeter(some).finger_scale, 1.0)
+    little = RobotHand(build_hand(), "palm", {"index": "little_pad"})
+    longer = LENGTHS["index"][0] / LENGTHS["little"][0]
+    assert Retargeter(little).scale == pytest.approx(1 / longer, rel=0.1)
 
 
 def test_what_cannot_match_is_a_result_with_a_reason():

@@ -88,7 +88,11 @@ def test_chain_of_followers_is_followed_to_its_end():
     [
         finger(SLIDE, end="third"),
         finger(equality=FOLLOW),
-        finger(SLIDE, FOLLOW + '<joint joint1="end" joint2="middle" polycoef="0 .01 .1 0 0"/>'),
+        finger(
+            SLIDE,
+            FOLLOW + '<joint joint1="end" joint2="middle" polycoef="0 .01 .1 0 0"/>',
+            end="third",
+        ),
         four_fingers(),
         human_hand(side="left"),
     ],
