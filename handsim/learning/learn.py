@@ -5,9 +5,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from handsim.errors import UnknownNameError
+from handsim.errors import InputError, UnknownNameError
 from handsim.learning.controller import GraspController, demonstrations_of
 from handsim.learning.direction_fit import DirectionLearner
+from handsim.learning.pde_fit import PDELearner
 from handsim.learning.subspace import PostureSubspace
 from handsim.motion.recording import RecordingSet
 
@@ -25,7 +26,8 @@ class Learned(NamedTuple):
     controller
     summary
         ``method, n_recordings, n_components, variance_explained, n_coefficients, iterations,
-        seconds, cost_start, cost_end``.
+        seconds, cost_start, cost_end``; for ``pde`` also ``positive`` and ``closed``, whether
+        Eqs. (4) and (5) of the paper hold.
     """
 
     controller: GraspController
@@ -66,10 +68,15 @@ def learn_controller(
     """
     if method not in METHODS:
         raise UnknownNameError("method", method, METHODS)
+    if certified and method != "direction":
+        raise InputError(f"method {method} cannot be certified; choose direction")
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     exponent = DEFAULT_K[method] if k is None else k
-    learner = DirectionLearner(k=exponent, certified=certified, seed=seed)
-    learner.fit([subspace.transform(r.q) for r in recordings], progress)
+    paths = [subspace.transform(r.q) for r in recordings]
+    if method == "pde":
+        learner = PDELearner(k=exponent, seed=seed).fit(paths, progress=progress)
+    else:
+        learner = DirectionLearner(k=exponent, certified=certified, seed=seed).fit(paths, progress)
     controller = GraspController(
         subspace=subspace,
         navigation=learner.navigation_,
@@ -88,4 +95,6 @@ def learn_controller(
         "cost_start": learner.cost_start_,
         "cost_end": learner.cost_end_,
     }
+    if isinstance(learner, PDELearner):
+        summary |= {"positive": learner.positive_, "closed": learner.closed_}
     return Learned(controller, summary)

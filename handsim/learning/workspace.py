@@ -18,11 +18,16 @@ KnotRule = Literal["variance", "deviation", "gentle", "equal"]
 
 # Coefficients by number of dimensions: what a fit of seconds can carry.
 _BUDGET = {1: 20, 2: 200, 3: 1700, 4: 4000, 5: 8000}
-_EXTENSION = 1.5  # cells between the recordings and the boundary
 _CLOSING = 0.75  # thickness of the closing layer, in cells: the recordings stay clear of it
 
 
-def knot_counts(variance: Array, degree: int = 3, rule: KnotRule = "gentle") -> tuple[int, ...]:
+def knot_counts(
+    variance: Array,
+    degree: int = 3,
+    rule: KnotRule = "gentle",
+    budget: int | None = None,
+    least: int | None = None,
+) -> tuple[int, ...]:
     """Share coefficients among dimensions by what varies in them.
 
     Parameters
@@ -36,20 +41,23 @@ def knot_counts(variance: Array, degree: int = 3, rule: KnotRule = "gentle") -> 
         proportion to its square root; ``gentle`` to its fourth root; ``equal`` the same number to
         all. On four people's recordings the gentle rule reproduces best, the paper's worst
         (tests/benchmarks/README.md).
+    budget
+        Greatest product; what a fit of seconds can carry where left out.
+    least
+        Coefficients that each dimension has at least; ``degree + 4`` where left out.
 
     Returns
     -------
     tuple of n int
-        Coefficients per dimension, at least ``degree + 4`` and as many as the budget for their
-        product allows.
+        Coefficients per dimension, as many as the budget allows.
     """
     exponent = {"variance": 1.0, "deviation": 0.5, "gentle": 0.25, "equal": 0.0}[rule]
     share = (variance / variance.max()) ** exponent
-    least, budget = degree + 4, _BUDGET[len(variance)]
-    best = (least,) * len(variance)
+    floor, most = least or degree + 4, budget or _BUDGET[len(variance)]
+    best = (floor,) * len(variance)
     for cells in range(4, 60):
-        counts = tuple(max(least, round(degree + cells * float(s))) for s in share)
-        if prod(counts) > budget:
+        counts = tuple(max(floor, round(degree + cells * float(s))) for s in share)
+        if prod(counts) > most:
             break
         best = counts
     return best
@@ -60,8 +68,10 @@ def lay_basis(
     shape: tuple[int, ...] | None = None,
     degree: int = 3,
     rule: KnotRule = "gentle",
+    budget: int | None = None,
+    reach: float = 1.5,
 ) -> tuple[TensorBasis, Array]:
-    """Lay uniform knots on a box that reaches 1.5 cells beyond the recordings.
+    """Lay uniform knots on a box that reaches beyond the recordings.
 
     Parameters
     ----------
@@ -69,6 +79,10 @@ def lay_basis(
         Recorded paths (n_i, n) in the subspace [rad].
     shape
         Coefficients per dimension; by `knot_counts` where left out.
+    degree, rule, budget
+        As in `knot_counts`.
+    reach
+        Cells between the recordings and the boundary, more than the paper's one.
 
     Returns
     -------
@@ -89,12 +103,13 @@ def lay_basis(
             f"the recordings do not move along component {int(flat[0]) + 1}; "
             "learn fewer components or record more movements"
         )
-    counts = shape or knot_counts(points.var(axis=0), degree, rule)
-    if len(counts) != points.shape[1] or min(counts) < degree + 4:
+    least = degree + int(2 * reach) + 1
+    counts = shape or knot_counts(points.var(axis=0), degree, rule, budget, least)
+    if len(counts) != points.shape[1] or min(counts) < least:
         raise InputError(
             f"{counts} coefficients for {points.shape[1]} dimensions; give one number each, "
-            f"at least {degree + 4}"
+            f"at least {least}"
         )
-    cell = (high - low) / (np.array(counts) - degree - 2 * _EXTENSION)
-    reach = _EXTENSION * cell
-    return TensorBasis.uniform(low - reach, high + reach, counts, degree), _CLOSING * cell
+    cell = (high - low) / (np.array(counts) - degree - 2 * reach)
+    beyond = reach * cell
+    return TensorBasis.uniform(low - beyond, high + beyond, counts, degree), _CLOSING * cell
