@@ -87,6 +87,9 @@ class RobotHand:
     fingertips
         For each finger that the hand has a counterpart of, its fingertip's `Frame`, or the name of
         a site or body. A hand with fewer fingers leaves some out.
+    knuckles
+        Name of the joint at which a finger begins, where that is not the first joint that moves
+        this fingertip alone: for a little finger whose metacarpal moves with it.
 
     Attributes
     ----------
@@ -100,7 +103,7 @@ class RobotHand:
         Range and reference value of each coordinate [rad, or m for slides]; without a range, half
         a turn (or 0.1 m) about the reference.
     roots : (n, 3)
-        First joint that belongs to the finger alone, reference posture, palm frame [m].
+        Where the fingers begin, reference posture, palm frame [m].
     reach : (n,)
         Length of the finger from there over its joints to the tip [m].
 
@@ -109,7 +112,8 @@ class RobotHand:
     FileError
         If the file is missing or MuJoCo cannot read it.
     UnknownNameError
-        If a name is neither a site nor a body, or a key not a finger.
+        If a name is neither a site nor a body, a knuckle no joint of its finger, or a key not a
+        finger.
     InputError
         If no finger is given, a fingertip has no joint of its own, or joints are balls or bound
         together otherwise than by ``<equality><joint>``.
@@ -120,8 +124,9 @@ class RobotHand:
         source: mujoco.MjSpec | Path | str,
         palm: Frame | str,
         fingertips: Mapping[Finger, Frame | str],
+        knuckles: Mapping[Finger, str] | None = None,
     ) -> None:
-        for finger in fingertips:
+        for finger in (*fingertips, *(knuckles or {})):
             if finger not in FINGERS:
                 raise UnknownNameError("finger", finger, FINGERS)
         self.fingers: tuple[Finger, ...] = tuple(f for f in FINGERS if f in fingertips)
@@ -132,7 +137,7 @@ class RobotHand:
         self._palm = self._place(palm)
         self._tips = [self._place(fingertips[finger]) for finger in self.fingers]
         ways = [self._joints_between(self._palm[0], body) for body, _, _ in self._tips]
-        own = self._own_joints(ways)
+        own = self._own_joints(ways, knuckles or {})
         joints = sorted(set().union(*ways))
         self._check_joints(joints)
         self.joint_names = tuple(self.model.joint(j).name for j in joints)
@@ -276,15 +281,21 @@ class RobotHand:
         upper = np.where(limited, model.jnt_range[joints, 1], self.reference + half)
         return lower, upper
 
-    def _own_joints(self, ways: list[list[int]]) -> list[list[int]]:
-        """Return the joints of each finger that move no other one."""
+    def _own_joints(self, ways: list[list[int]], knuckles: Mapping[Finger, str]) -> list[list[int]]:
+        """Return the joints of each finger, from its knuckle to its tip."""
         own = []
-        for i, way in enumerate(ways):
+        for i, (finger, way) in enumerate(zip(self.fingers, ways, strict=True)):
+            if finger in knuckles:
+                names = tuple(self.model.joint(j).name for j in way)
+                if knuckles[finger] not in names:
+                    raise UnknownNameError(f"joint of the {finger}", knuckles[finger], names)
+                own.append(way[names.index(knuckles[finger]) :])
+                continue
             shared = set().union(*ways[:i], *ways[i + 1 :])
             own.append([j for j in way if j not in shared])
             if not own[i]:
                 raise InputError(
-                    f"fingertip of the {self.fingers[i]} moves with no joint of its own; "
+                    f"fingertip of the {finger} moves with no joint of its own; "
                     "name a site or body further out"
                 )
         return own

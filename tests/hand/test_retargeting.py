@@ -183,9 +183,10 @@ def test_hands_with_fewer_fingers_and_without_thumb(fingers):
 
 
 def test_fingers_are_measured_against_their_own_counterparts():
-    some = RobotHand(build_hand(), "palm", {"index": "index_pad", "little": "little_pad"})
+    pads = {"index": "index_pad", "little": "little_pad"}
+    some = RobotHand(build_hand(), "palm", pads, knuckles={"little": "little_mcp"})
     assert np.allclose(Retargeter(some).finger_scale, 1.0)
-    little = RobotHand(build_hand(), "palm", {"index": "little_pad"})
+    little = RobotHand(build_hand(), "palm", {"index": "little_pad"}, {"index": "little_mcp"})
     longer = LENGTHS["index"][0] / LENGTHS["little"][0]
     assert Retargeter(little).scale == pytest.approx(1 / longer, rel=0.1)
 

@@ -150,6 +150,18 @@ def test_human_fingers_begin_at_their_knuckles_and_have_the_tables_lengths():
             assert np.allclose(hand.roots[i], geometry.mcp(name))
 
 
+def test_finger_whose_metacarpal_moves_begins_where_it_is_said_to():
+    little = {"little": "little_pad"}
+    plain = RobotHand(build_hand(), "palm", little)
+    named = RobotHand(build_hand(), "palm", little, knuckles={"little": "little_mcp"})
+    assert np.allclose(plain.roots[0], hand_geometry().arch_origin)
+    assert np.allclose(named.roots[0], hand_geometry().mcp("little"))
+    assert named.reach[0] == pytest.approx(human_hand().reach[4])
+    assert named.joint_names == plain.joint_names, "the arch is moved all the same"
+    with pytest.raises(UnknownNameError, match="little_mcp"):
+        RobotHand(build_hand(), "palm", little, knuckles={"little": "litle_mcp"})
+
+
 def test_offset_and_turn_of_a_frame_are_within_the_site_or_body():
     plain = finger()
     turned = RobotHand(
