@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -85,6 +86,20 @@ def fraction_done(label: str) -> Iterator[Callable[[float], None] | None]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=1.0)
         yield lambda fraction: bar.update(task, completed=fraction)
+
+
+def check_gl() -> None:
+    """Refuse a MUJOCO_GL with which not even MuJoCo's import would succeed.
+
+    Raises
+    ------
+    UnknownNameError, MissingToolError
+        If it names no backend, or one that is not installed.
+    """
+    if os.environ.get("MUJOCO_GL"):
+        from handsim.viewing.gl import choose_backend
+
+        choose_backend()
 
 
 def writable(path: Path, *suffixes: str) -> Path:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import JsonFlag, note, progress, say, say_json, say_table
+from handsim.cli.console import JsonFlag, check_gl, note, progress, say, say_json, say_table
 
 if TYPE_CHECKING:
     from handsim.hand.grasp_task import Task
@@ -42,6 +42,8 @@ def grasp(
     json: JsonFlag = False,
 ) -> None:
     """Grasp in physics and judge the outcome by the task's rule."""
+    check_gl()
+
     from handsim.simulation.grasping import grasp_task, summarise
     from handsim.simulation.rollout import write_rollout
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from handsim.cli.console import note
+from handsim.cli.console import check_gl, note
 
 app = typer.Typer()
 
@@ -18,6 +18,8 @@ def build(
     side: Annotated[Literal["right", "left"], typer.Option(help="Which hand.")] = "right",
 ) -> None:
     """Write the hand as MJCF that plain MuJoCo loads."""
+    check_gl()
+
     from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
     from handsim.hand.model import write_hand
 

@@ -1,7 +1,7 @@
 """`handsim learn`, `evaluate`, `postures`: from recordings to a controller and its movements."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -16,6 +16,12 @@ from handsim.cli.console import (
     say_table,
     writable,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from handsim.learning.controller import GraspController
+    from handsim.motion.recording import RecordingSet
 
 
 def learn(
@@ -94,37 +100,59 @@ def evaluate(
     """Score a controller against recordings."""
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.learning import scores
-    from handsim.learning.learn import learn_controller
 
     learned = controller_or_built_in(controller)
     recordings = recordings_or_built_in(folder)
     if leave_one_out:
-        k = learned.navigation.k
-        n_components = len(learned.subspace.components_)
-        result = scores.leave_one_out(
-            recordings, lambda some: learn_controller(some, n_components, k=k).controller
-        )
+        with fraction_done("leaving one out") as progress:
+            result = scores.leave_one_out(recordings, _relearn(learned), progress)
     else:
         result = scores.evaluate(learned, recordings)
     if json:
         say_json(result)
         return
-    say_table(
-        ("recording", "arrived", "path error [deg]", "straight line [deg]"),
-        [
-            (
-                row["name"],
-                "yes" if row["arrived"] else "no",
-                f"{row['path_error_deg']:.1f}",
-                f"{row['straight_error_deg']:.1f}",
-            )
-            for row in result["per_recording"]
-        ],
-    )
+    header = ("arrived", "path error [deg]", "straight line [deg]", "people repeat [deg]")
+    say_table(("recording", *header), [_score_row(row, "name") for row in result["per_recording"]])
+    say("")
+    say_table(("object", *header), [_score_row(row, "object") for row in result["per_object"]])
+    say("")
     say(
         f"{result['n_arrived']} of {result['n_recordings']} arrive; mean path error "
         f"{result['path_error_deg']:.1f} deg, straight line "
-        f"{result['straight_error_deg']:.1f} deg, ratio {result['ratio']:.2f}"
+        f"{result['straight_error_deg']:.1f} deg, ratio {result['ratio']:.2f}; direction off by "
+        f"{result['direction_error_deg']:.0f} deg; {100 * result['variance_explained']:.1f} % of "
+        "variance in the subspace"
+    )
+
+
+def _relearn(learned: "GraspController") -> "Callable[[RecordingSet], GraspController]":
+    """Return a function that learns as ``learned`` was learned."""
+    from handsim.learning.learn import learn_controller
+
+    def relearn(recordings: "RecordingSet") -> "GraspController":
+        return learn_controller(
+            recordings,
+            n_components=learned.navigation.n_dimensions,
+            method=learned.method,  # pyright: ignore[reportArgumentType]
+            k=learned.navigation.k,
+            certified=learned.certified,
+        ).controller
+
+    return relearn
+
+
+def _score_row(row: dict[str, Any], key: str) -> tuple[str, ...]:
+    if "n_arrived" in row:
+        arrived = f"{row['n_arrived']} of {row['n_recordings']}"
+    else:
+        arrived = "yes" if row["arrived"] else "no"
+    repeat = row["repeatability_deg"]
+    return (
+        row[key],
+        arrived,
+        f"{row['path_error_deg']:.1f}",
+        f"{row['straight_error_deg']:.1f}",
+        "" if repeat is None else f"{repeat:.1f}",
     )
 
 

@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import ControllerFile, Folder, fraction_done, note, writable
+from handsim.cli.console import (
+    ControllerFile,
+    Folder,
+    check_gl,
+    fraction_done,
+    note,
+    writable,
+)
 
 if TYPE_CHECKING:
     from handsim.viewing.clips import Clip
@@ -26,9 +33,11 @@ def render(
     plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,
 ) -> None:
     """Render movements in true time; a .png of one movement becomes its contact sheet."""
+    writable(output, ".mp4", ".gif", ".png")
+    check_gl()
+
     from handsim.viewing.stage import View, parse_size
 
-    writable(output, ".mp4", ".gif", ".png")
     width, height = parse_size(size)
     view = View(camera=camera, width=width, height=height, fps=fps)
     clips = [_clip(source, measurements=not plain) for source in sources]
@@ -64,9 +73,11 @@ def figures(
 def _clip(source: Path, *, measurements: bool) -> "Clip":
     from handsim.motion.recording import read_postures
     from handsim.simulation.rollout import read_rollout
+    from handsim.viewing.overlay import Caption
     from handsim.viewing.postures import posture_clip
     from handsim.viewing.rollouts import rollout_clip
 
     if source.suffix.lower() == ".csv":
-        return posture_clip(*read_postures(source))
+        time, q = read_postures(source)
+        return posture_clip(time, q, overlays=(Caption((source.stem,)),))
     return rollout_clip(read_rollout(source), measurements)

@@ -1,6 +1,9 @@
 """Bad input: one line that says what is wrong, exit code 2, and nothing half written."""
 
+import os
 import shutil
+import subprocess
+import sys
 
 import pytest
 
@@ -125,3 +128,26 @@ def test_usage_errors_take_one_line_too(refused):
     assert "No such command" in refused("grap")
     refused("grasp", "--task", "cube-raise", "--trials", "-1")
     refused("learn")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("grasp", "--task", "cube-raise"),
+        ("hand", "build", "-o", "hand"),
+        ("render", "p.csv", "-o", "p.mp4"),
+    ],
+)
+def test_opengl_backends_that_are_none(tmp_path, command):
+    done = subprocess.run(
+        [sys.executable, "-c", "from handsim.cli import main; main()", *command],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env=os.environ | {"MUJOCO_GL": "nonsense"},
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "osmesa" in done.stderr
+    assert not list(tmp_path.iterdir())
