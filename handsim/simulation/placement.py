@@ -81,9 +81,16 @@ def pad_targets(hand: HandModel, plan: GraspPlan, grasp: Grasp) -> PadTargets:
 
 
 def place(
-    hand: HandModel, subspace: PostureSubspace, targets: PadTargets, z_start: Array
+    hand: HandModel,
+    subspace: PostureSubspace,
+    targets: PadTargets,
+    z_start: Array,
+    box: tuple[Array, Array],
 ) -> Placement:
-    """Fit coordinates and palm pose to pad targets, beginning at ``z_start`` (n_components,)."""
+    """Fit coordinates and palm pose to pad targets, beginning at ``z_start`` (n_components,).
+
+    ``box`` holds the least and greatest coordinates, each (n_components,) [rad].
+    """
     n = len(z_start)
     root = np.sqrt(targets.weight)[:, None]
 
@@ -91,7 +98,9 @@ def place(
         return targets.palm.moved(x[n : n + 3], Rotation.from_rotvec(x[n + 3 :]))
 
     def misses(x: Array) -> tuple[Array, Array]:
-        pos, normal = _pads_in_palm(hand, clip_to_range(subspace.inverse_transform(x[:n])))
+        pos, normal = _pads_in_palm(
+            hand, clip_to_range(subspace.inverse_transform(np.clip(x[:n], *box)))
+        )
         palm = palm_at(x)
         turn = palm.rotation
         return palm.pos + turn.apply(pos) - targets.pos, turn.apply(normal) - targets.normal
@@ -111,7 +120,7 @@ def place(
     start = np.concatenate([z_start, np.zeros(6)])
     x = least_squares(residuals, start, x_scale=scale, max_nfev=25).x
     squared = targets.weight @ (misses(x)[0] ** 2).sum(axis=1) / targets.weight.sum()
-    return Placement(x[:n], palm_at(x), float(np.sqrt(squared)))
+    return Placement(np.clip(x[:n], *box), palm_at(x), float(np.sqrt(squared)))
 
 
 def _pads_in_palm(hand: HandModel, q: Array) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from handsim.errors import InputError
 from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel, build_hand
 from handsim.joints import clip_to_range
@@ -38,6 +39,11 @@ ARRIVALS = (0.6, 0.85)
 learned path has to be there sooner."""
 UNFAMILIAR = 0.004
 """How much worse a placement from another task's destination counts [m]."""
+EDGE = 0.08
+"""Share of the workspace along each component, at either end, where no destination is put: about
+the layer in which beta falls to zero."""
+NO_WAY = 10.0
+"""Cost of a destination that the navigation function cannot lead to."""
 STEPS = {"z": np.deg2rad(8.0), "shift": 0.008, "turn": np.deg2rad(7.0), "squeeze": 0.25}
 """Initial spreads of the search: components and turn [rad], shift [m], squeeze."""
 
@@ -115,6 +121,9 @@ class _Search:
         self.hand = HandModel.from_spec(build_hand(*size))
         self.scripted, _ = plan_for(self.task, self.hand, side=conditions.side)
         self.size = len(controller.subspace.components_) + 7
+        low, high = controller.navigation.obstacle.lower, controller.navigation.obstacle.upper
+        margin = EDGE * (high - low)
+        self.box = (low + margin, high - margin)
 
     def starts(self) -> list[GraspPlan]:
         """Return the best placements, each with the palm in place sooner or later."""
@@ -122,7 +131,7 @@ class _Search:
         targets = pad_targets(self.hand, self.scripted, self.task.grasp)
         placed = []
         for record in self.controller.demonstrations:
-            placement = place(self.hand, subspace, targets, record.z_goal)
+            placement = place(self.hand, subspace, targets, record.z_goal, self.box)
             familiar = 0.0 if record.task == self.task.name else UNFAMILIAR
             placed.append((placement.error + familiar, placement, record))
         placed.sort(key=lambda each: each[0])
@@ -138,7 +147,7 @@ class _Search:
         """Return a plan displaced by ``point`` (size,), in units of the initial spreads."""
         subspace = self.controller.subspace
         n = len(subspace.components_)
-        z = subspace.transform(plan.q_goal) + STEPS["z"] * point[:n]
+        z = np.clip(subspace.transform(plan.q_goal) + STEPS["z"] * point[:n], *self.box)
         turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
         return replace(
             plan,
@@ -152,4 +161,8 @@ class _Search:
         return mean_cost([partial(self._cost_on, stage, plan) for stage in self.stages])
 
     def _cost_on(self, stage: Stage, plan: GraspPlan) -> float:
+        try:
+            self.controller.navigation.check_goal(self.controller.subspace.transform(plan.q_goal))
+        except InputError:  # too far from what was recorded
+            return NO_WAY
         return cost_of(run_plan(self.controller, stage, plan, brief=True), self.task)
