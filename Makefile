@@ -67,6 +67,7 @@ lock: setup
 	  --no-emit-index-url --custom-compile-command "make lock" --extra dev pyproject.toml -o requirements.lock
 
 models: setup
+	$(BIN)/python -m handsim.learning.eigengrasps assets/experiments models/hand/eigengrasps.csv
 	$(BIN)/python -m handsim.hand.model models/hand
 
 assets: setup

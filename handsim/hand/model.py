@@ -22,6 +22,7 @@ import numpy.typing as npt
 from handsim.errors import FileError, UnknownNameError
 from handsim.files import write_text
 from handsim.hand.anthropometry import DENSITY, HAND_BREADTH, HAND_LENGTH, hand_geometry
+from handsim.hand.eigengrasps import eigengrasp_postures
 from handsim.hand.parts import (
     add_actuators,
     add_bodies,
@@ -195,6 +196,11 @@ class HandModel:
         )
         mujoco.mj_forward(self.model, self.data)
 
+    def penetration(self, q: Array) -> float:
+        """Return how deep anything penetrates in posture q, (22,) [rad], which is set [m]."""
+        self.set_posture(q)
+        return -min((contact.dist for contact in self.data.contact), default=0.0)
+
     def fingertips(self) -> Array:
         """Positions of the fingertips in the world, (5, 3) [m], thumb first."""
         return self.data.site_xpos[self.tip_site]
@@ -299,7 +305,7 @@ def write_hand(
     hand_breadth: float = HAND_BREADTH,
     side: Side = "right",
 ) -> Path:
-    """Write ``right_hand.xml`` or ``left_hand.xml``, with `POSTURES` as keyframes.
+    """Write ``right_hand.xml`` or ``left_hand.xml``, with `POSTURES` and eigengrasps as keyframes.
 
     Plain MuJoCo loads it. The folder is made if it is not there.
 
@@ -315,7 +321,7 @@ def write_hand(
         If the folder cannot be made or written.
     """
     spec = build_hand(hand_length, hand_breadth, side)
-    add_keyframes(spec, POSTURES)
+    add_keyframes(spec, {**POSTURES, **eigengrasp_postures(HandModel.from_spec(spec).penetration)})
     spec.compile()
     path = Path(folder) / f"{side}_hand.xml"
     try:
