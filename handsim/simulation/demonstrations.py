@@ -23,7 +23,7 @@ from handsim.simulation.conditions import Conditions
 from handsim.simulation.demonstrator import demonstrate_on
 from handsim.simulation.search import cost_of, mean_cost, minimise, shortened, tried_conditions
 
-N_PERTURBED = 4
+N_PERTURBED = 6
 GENERATIONS = 14
 
 

@@ -6,6 +6,8 @@ numbers found by search adjust it. The recordings that come out of it are synthe
 so wherever they appear.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -18,6 +20,7 @@ from handsim.simulation.closed_loop import Stage, simulate
 from handsim.simulation.closings import REST, closing_for
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.drivers import ScriptedDriver
+from handsim.simulation.manner import USUAL, Manner, manner_of
 from handsim.simulation.plan import GraspPlan, Pose, schedule_for
 from handsim.simulation.rollout import Rollout
 
@@ -67,14 +70,33 @@ def _retreat(task: Task, palm: Pose) -> Array:
     return RETREAT * back / np.linalg.norm(back)
 
 
-def demonstrate(task: Task, conditions: Conditions) -> Rollout:
-    """Grasp by script; the task is that of a right hand and mirrored as the conditions say."""
+def demonstrate(task: Task, conditions: Conditions, manner: Manner | None = None) -> Rollout:
+    """Grasp by script.
+
+    Parameters
+    ----------
+    task
+        That of a right hand; it is mirrored as the conditions say.
+    conditions
+        Of the run.
+    manner
+        Rest posture and timing; by default the usual ones in a nominal run, and in a perturbed
+        one those of its seed.
+    """
+    if manner is None:
+        manner = USUAL if conditions.nominal else manner_of(conditions.seed)
     size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
-    return demonstrate_on(Stage.build(task, conditions), HandModel.from_spec(build_hand(*size)))
+    hand = HandModel.from_spec(build_hand(*size))
+    return demonstrate_on(Stage.build(task, conditions), hand, manner=manner)
 
 
 def demonstrate_on(
-    stage: Stage, hand: HandModel, adjustment: Adjustment | None = None, *, brief: bool = False
+    stage: Stage,
+    hand: HandModel,
+    adjustment: Adjustment | None = None,
+    *,
+    manner: Manner = USUAL,
+    brief: bool = False,
 ) -> Rollout:
     """Grasp by script on a stage that is built already.
 
@@ -86,10 +108,13 @@ def demonstrate_on(
         A hand by itself, of the stage's size and side.
     adjustment
         As in `plan_for`.
+    manner
+        Rest posture and timing.
     brief
         End the run once the object is lost.
     """
     plan, q_open = plan_for(stage.task, hand, adjustment, stage.conditions.side)
-    schedule = schedule_for(stage.task)
-    driver = ScriptedDriver(plan.q_start, q_open, plan.q_goal, schedule.reach)
+    plan = replace(plan, q_start=manner.rest)
+    schedule = replace(schedule_for(stage.task), reach=manner.reach)
+    driver = ScriptedDriver(plan.q_start, q_open, plan.q_goal, manner.reach, manner.opened)
     return simulate(stage, plan, driver, schedule=schedule, brief=brief)

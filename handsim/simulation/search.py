@@ -17,6 +17,8 @@ ENOUGH = -0.4
 """Mean cost at which a search ends: held in every try, with room left in every limit."""
 SEARCH_SEED = 1000
 """Seed of the first perturbed try of a search, far from those that trials are given."""
+WORST = 5.0
+"""About the most that a failure costs."""
 SEARCH_HOLD = 1.0
 """Time held in a search [s]; what is found is then judged by the rule itself."""
 
@@ -52,15 +54,20 @@ def cost_of(rollout: Rollout, task: Task) -> float:
 
 
 def mean_cost(costs_in_turn: Sequence[Callable[[], float]]) -> float:
-    """Return the mean cost of tries; after a first failure no more are made and all cost as much.
+    """Return the mean cost of tries, the nominal one first.
 
-    The nominal try comes first, so that a search first finds what holds at all.
+    After a nominal failure no more are made and the cost is above that of any that fails only when
+    perturbed; after three failures the rest is taken to fail as those did.
     """
     costs: list[float] = []
     for cost in costs_in_turn:
         costs.append(cost())
         if costs[0] >= 1:
-            return costs[0] + 1.0  # worse than any that fails only when perturbed
+            return costs[0] + WORST
+        failures = [each for each in costs if each >= 1]
+        if len(failures) == 3:
+            costs += [float(np.mean(failures))] * (len(costs_in_turn) - len(costs))
+            break
     return float(np.mean(costs))
 
 
