@@ -11,7 +11,8 @@ A hand that opposes thumb and fingers points along ``opposition`` with its palm 
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from handsim.hand.grasp_object import Vec3
+from handsim.hand.grasp_object import GraspObject, Vec3
+from handsim.hand.object_catalogue import OBJECTS
 from handsim.joints import Finger
 
 Action = Literal[
@@ -130,6 +131,8 @@ class Task:
         Angles of its hinges before the grasp, by name, where they are not 0.
     held
         The other hand (not simulated) holds the object in place.
+    own_object
+        The object itself where it is not a built-in one.
     """
 
     number: int
@@ -142,6 +145,12 @@ class Task:
     yaw_deg: float = 0.0
     start_deg: tuple[tuple[str, float], ...] = ()
     held: bool = False
+    own_object: GraspObject | None = None
+
+    @property
+    def thing(self) -> GraspObject:
+        """What is grasped."""
+        return self.own_object or OBJECTS[self.object_name]
 
     def for_side(self, side: Side) -> "Task":
         """Return the task for that hand; the left one's is the mirror image across y = 0.

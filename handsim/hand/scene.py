@@ -156,7 +156,7 @@ def hand_axes(grasp: Grasp) -> Array:
 def _target_of(task: Task | GraspObject | str) -> GraspObject:
     if isinstance(task, GraspObject):
         return task
-    return object_by_name(task if isinstance(task, str) else task.object_name)
+    return task.thing if isinstance(task, Task) else object_by_name(task)
 
 
 def _add_surroundings(spec: mujoco.MjSpec) -> None:

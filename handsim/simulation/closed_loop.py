@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from handsim.hand.grasp_object import GraspObject
 from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel
-from handsim.hand.objects import object_by_name, read_mesh
+from handsim.hand.objects import read_mesh
 from handsim.hand.scene import build_scene
 from handsim.joints import LOWER, UPPER
 from handsim.simulation.alignment import Wrist
@@ -106,7 +106,7 @@ class Stage:
         index = hand.ctrl_index
         stiffness = model.actuator_gainprm[index, 0]
         damping = -model.actuator_biasprm[index, 2]
-        thing = object_by_name(task.object_name)
+        thing = task.thing
         return cls(
             task=task.for_side(conditions.side),
             conditions=conditions,
