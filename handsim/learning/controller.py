@@ -17,6 +17,7 @@ from handsim.joints import N_JOINTS, clip_to_range
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
 from handsim.learning.paths import FlowPath, arc_length, follow
+from handsim.learning.stored_controller import check_content
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
 from handsim.motion.recording import RecordingSet
@@ -244,6 +245,7 @@ class GraspController:
         """
         metadata, arrays = read_archive(Path(path), "controller", SCHEMA)
         try:
+            check_content(metadata, arrays)
             return cls(
                 subspace=PostureSubspace.from_arrays(arrays),
                 navigation=_navigation_of(metadata, arrays),

@@ -24,6 +24,8 @@ from handsim.learning.bspline import TensorBSpline
 Array = npt.NDArray[np.float64]
 
 _TINY_DEPTH = 1e-12  # depth in the closing layer, as a fraction of its width, taken as its boundary
+MAX_K = 1e6
+"""Largest exponent; doubles have no room for the powers of larger ones."""
 _TINY_BETA = 1e-12  # least beta whose logarithm is taken; below lies the obstacle
 
 
@@ -171,7 +173,7 @@ class NavigationFunction:
     Raises
     ------
     InputError
-        If k is less than 2.
+        If k is less than 2 or more than `MAX_K`.
     """
 
     obstacle: Obstacle
@@ -179,8 +181,8 @@ class NavigationFunction:
 
     def __post_init__(self) -> None:
         """Check the exponent."""
-        if not (np.isfinite(self.k) and self.k >= 2):
-            raise InputError(f"k = {self.k:g}; give 2 or more")
+        if not 2 <= self.k <= MAX_K:
+            raise InputError(f"k = {self.k:g}; give 2 or more, up to {MAX_K:g}")
 
     @property
     def n_dimensions(self) -> int:

@@ -16,6 +16,8 @@ from handsim.learning.paths import arc_length
 
 Array = npt.NDArray[np.float64]
 
+MAX_DURATION = 600.0
+"""Longest movement that is made [s]."""
 # Fraction of the duration after which the rate s' / (1 - s), which grows as 3 / (duration - t),
 # is held: what is left then is 1 % of the length.
 _HOLD = 0.9
@@ -28,15 +30,17 @@ def minimum_jerk(time: npt.ArrayLike, duration: float) -> Array:
 
 
 def check_duration(duration: float) -> float:
-    """Return a duration [s] that is positive and finite.
+    """Return a duration [s] that is positive and at most `MAX_DURATION`.
 
     Raises
     ------
     InputError
         If it is not.
     """
-    if not (np.isfinite(duration) and duration > 0):
-        raise InputError(f"duration {duration:g} s; give a positive number of seconds")
+    if not 0 < duration <= MAX_DURATION:
+        raise InputError(
+            f"duration {duration:g} s; give a positive number of seconds, up to {MAX_DURATION:g}"
+        )
     return float(duration)
 
 

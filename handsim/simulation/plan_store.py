@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 
 from handsim.errors import FileError
-from handsim.files import write_text
+from handsim.files import read_text, write_text
+from handsim.joints import N_JOINTS, Array
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.plan import GraspPlan, Pose
 
 SCHEMA = 1
+MAX_VALUE = 1000.0
+"""Bound on every number of a plan, which are metres, degrees and factors."""
 
 
 def plan_key(controller_digest: str, conditions: Conditions) -> str:
@@ -51,14 +54,16 @@ class PlanStore:
         if not self.path.is_file():
             return {}
         try:
-            stored = json.loads(self.path.read_text(encoding="utf-8"))
+            stored = json.loads(read_text(self.path))
             if stored["schema"] > SCHEMA:
                 raise FileError(
                     f"{self.path}: plans of schema {stored['schema']}, newer than {SCHEMA}; "
                     "update handsim or delete the file"
                 )
             return dict(stored["plans"])
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except FileError:
+            raise
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise self._unreadable(error) from error
 
     def _unreadable(self, error: Exception) -> FileError:
@@ -85,11 +90,18 @@ def _to_json(plan: GraspPlan) -> dict[str, Any]:
 
 
 def _from_json(stored: dict[str, Any]) -> GraspPlan:
+    squeeze, arrive = stored["squeeze"], stored.get("arrive", GraspPlan.arrive)
     return GraspPlan(
-        Pose(np.array(stored["palm_pos_m"]), np.array(stored["palm_quat_wxyz"])),
-        np.array(stored["retreat_m"]),
-        np.deg2rad(stored["q_start_deg"]),
-        np.deg2rad(stored["q_goal_deg"]),
-        float(stored["squeeze"]),
-        float(stored.get("arrive", GraspPlan.arrive)),
+        Pose(_numbers(stored["palm_pos_m"], 3), _numbers(stored["palm_quat_wxyz"], 4)),
+        _numbers(stored["retreat_m"], 3),
+        np.deg2rad(_numbers(stored["q_start_deg"], N_JOINTS)),
+        np.deg2rad(_numbers(stored["q_goal_deg"], N_JOINTS)),
+        *_numbers([squeeze, arrive], 2).tolist(),
     )
+
+
+def _numbers(stored: Any, n: int) -> Array:
+    values = np.array(stored, dtype=float)
+    if values.shape != (n,) or not (np.abs(values) < MAX_VALUE).all():
+        raise ValueError(f"{n} numbers below {MAX_VALUE:g} are expected")
+    return values

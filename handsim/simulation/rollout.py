@@ -4,8 +4,9 @@ The file holds all that is needed to draw or to judge the grasp again without si
 model as XML with its meshes, states, commands, contact loads, versions and the outcome.
 """
 
+import math
 import platform
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from handsim.errors import FileError
+from handsim.errors import FileError, InputError
 from handsim.files import read_archive, write_archive
-from handsim.joints import FINGERS
+from handsim.joints import FINGERS, N_JOINTS
 from handsim.simulation.conditions import Conditions
+from handsim.simulation.stored_model import trusted_xml
 from handsim.simulation.trials import Outcome
 
 if TYPE_CHECKING:
@@ -88,10 +90,28 @@ class Rollout:
     versions: dict[str, str] = field(default_factory=dict)
 
     def model(self) -> "mujoco.MjModel":
-        """Compile the stored model."""
+        """Compile the stored model.
+
+        Raises
+        ------
+        InputError
+            If it holds what no scene of this package does (see `trusted_xml`), is no model, or
+            not the one that moved.
+        """
         import mujoco
 
-        return mujoco.MjModel.from_xml_string(self.model_xml, self.assets)
+        try:
+            xml = trusted_xml(self.model_xml, self.assets)
+            model = mujoco.MjModel.from_xml_string(xml, self.assets)
+        except ValueError as error:
+            reason = " ".join(str(error).split())
+            raise InputError(f"rollout of {self.task}: {reason}") from error
+        if (model.nq, model.nv) != (self.qpos.shape[1], self.qvel.shape[1]):
+            raise InputError(
+                f"rollout of {self.task}: {self.qpos.shape[1]} positions for a model of "
+                f"{model.nq}; make it again"
+            )
+        return model
 
     def phase_at(self, time: float) -> str:
         """Name of the phase at ``time`` [s]."""
@@ -99,18 +119,19 @@ class Rollout:
         return names[-1] if names else ""
 
 
-_ARRAYS = (
-    "time",
-    "qpos",
-    "qvel",
-    "ctrl",
-    "mocap_pos",
-    "mocap_quat",
-    "reading",
-    "z",
-    "contact_force",
-    "penetration",
-)
+_ARRAYS: dict[str, tuple[int | None, ...]] = {
+    "time": (),
+    "qpos": (None,),
+    "qvel": (None,),
+    "ctrl": (None,),
+    "mocap_pos": (3,),
+    "mocap_quat": (4,),
+    "reading": (N_JOINTS,),
+    "z": (None,),
+    "contact_force": (len(CONTACT_PARTS),),
+    "penetration": (),
+}
+"""Shape of a sample of each array, None for any length."""
 
 
 def current_versions() -> dict[str, str]:
@@ -147,26 +168,67 @@ def read_rollout(path: Path) -> Rollout:
     Raises
     ------
     FileError
-        If the file is missing, damaged, foreign or of a newer schema.
+        If the file is missing, damaged, foreign or of a newer schema, or its model could reach
+        beyond the file (see `trusted_xml`).
     """
     metadata, arrays = read_archive(path, KIND, SCHEMA)
     try:
-        conditions = dict(metadata["conditions"])
-        conditions["object_offset"] = tuple(conditions["object_offset"])
+        assets = {
+            name.removeprefix(ASSET_PREFIX): content.tobytes()
+            for name, content in arrays.items()
+            if name.startswith(ASSET_PREFIX)
+        }
+        trusted_xml(_text(metadata["model_xml"]), assets)
+        conditions = _checked(Conditions, metadata["conditions"])
+        offset = tuple(float(part) for part in conditions["object_offset"])
         return Rollout(
-            task=metadata["task"],
-            driver=metadata["driver"],
+            task=_text(metadata["task"]),
+            driver=_text(metadata["driver"]),
             model_xml=metadata["model_xml"],
-            assets={
-                name.removeprefix(ASSET_PREFIX): content.tobytes()
-                for name, content in arrays.items()
-                if name.startswith(ASSET_PREFIX)
-            },
-            phases=tuple(Phase(**phase) for phase in metadata["phases"]),
-            conditions=Conditions(**conditions),
-            outcome=Outcome(**metadata["outcome"]),
-            versions=metadata["versions"],
-            **{name: arrays[name] for name in _ARRAYS},
+            assets=assets,
+            phases=tuple(Phase(**_checked(Phase, phase)) for phase in metadata["phases"]),
+            conditions=Conditions(**{**conditions, "object_offset": offset}),
+            outcome=Outcome(**_checked(Outcome, metadata["outcome"])),
+            versions={_text(k): _text(v) for k, v in dict(metadata["versions"]).items()},
+            **_checked_arrays(arrays),
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise FileError(f"{path}: incomplete rollout ({error}); make it again") from error
+        raise FileError(f"{path}: not a whole rollout ({error}); make it again") from error
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is not text")
+    return value
+
+
+def _checked(kind: type, values: Any) -> dict[str, Any]:
+    """Return the stored fields of a dataclass, if numbers are numbers and text is text."""
+    if not isinstance(values, dict):
+        raise TypeError(f"{values!r} is no table")
+    for each in fields(kind):
+        value = values.get(each.name)
+        if each.type in (int, float):
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            good = value is None or (number and math.isfinite(value))
+        else:
+            good = each.type not in (str, bool) or value is None or isinstance(value, each.type)
+        if not good:
+            raise ValueError(f"{each.name} is {value!r}")
+    return values
+
+
+def _checked_arrays(arrays: dict[str, npt.NDArray[Any]]) -> dict[str, Array]:
+    """Return the traces, if they are finite numbers and of one length."""
+    n = len(np.atleast_1d(arrays["time"]))
+    for name, sample in _ARRAYS.items():
+        array = arrays[name]
+        shaped = array.ndim == 1 + len(sample) and len(array) == n > 0
+        shaped = shaped and all(
+            b in (None, a) for a, b in zip(array.shape[1:], sample, strict=True)
+        )
+        if not shaped or array.dtype != np.float64 or not np.isfinite(array).all():
+            raise ValueError(f"{name} of shape {array.shape} is not {n} samples of finite numbers")
+    if not (np.diff(arrays["time"]) > 0).all():
+        raise ValueError("time does not increase")
+    return {name: arrays[name] for name in _ARRAYS}

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from handsim.cli import main
@@ -26,6 +26,13 @@ SPECIAL = (
     "/etc/passwd", "x" * 300, "x" * 200_000, "=1+1", "%s", "{}", "\n",
 )  # fmt: skip
 """What numbers and words are replaced with."""
+
+
+class Content(bytes):
+    """The content of a file, too long to be shown."""
+
+    def __repr__(self) -> str:
+        return f"{len(self)} bytes"
 
 
 @dataclass
@@ -86,18 +93,23 @@ def sandbox(request, tmp_path) -> Sandbox:
 
 
 def search(check: Callable[[Any], None], strategy: st.SearchStrategy, cases: int) -> None:
-    """Try ``cases`` examples of a strategy; the same ones every time."""
+    """Try ``cases`` examples of a strategy; the same ones every time.
+
+    They are not shrunk: the first that fails is left in the sandbox to be looked at.
+    """
     settings(
         max_examples=cases,
         derandomize=True,
         database=None,
+        phases=[Phase.generate],
+        report_multiple_bugs=False,
         deadline=None,
         suppress_health_check=list(HealthCheck),
     )(given(strategy)(check))()
 
 
 @st.composite
-def damaged_bytes(draw: st.DrawFn, original: bytes) -> bytes:
+def damaged_bytes(draw: st.DrawFn, original: bytes) -> Content:
     """A file with bytes flipped, cut out, doubled, put in, or cut off."""
     data = bytearray(original)
     for _ in range(draw(st.integers(1, 4))):
@@ -115,12 +127,14 @@ def damaged_bytes(draw: st.DrawFn, original: bytes) -> bytes:
         elif kind == "end":
             del data[at:]
         else:
-            data[at : at + 4] = draw(st.sampled_from([b"\xff\xff\xff\x7f", b"\0\0\0\0", b"\xff" * 4]))
-    return bytes(data)
+            data[at : at + 4] = draw(
+                st.sampled_from([b"\xff\xff\xff\x7f", b"\0\0\0\0", b"\xff" * 4])
+            )
+    return Content(data)
 
 
 @st.composite
-def damaged_table(draw: st.DrawFn, original: str) -> str:
+def damaged_table(draw: st.DrawFn, original: str) -> Content:
     """A CSV file with cells, rows or columns changed."""
     rows = [line.split(",") for line in original.splitlines()]
     for _ in range(draw(st.integers(1, 3))):
@@ -140,4 +154,4 @@ def damaged_table(draw: st.DrawFn, original: str) -> str:
         else:
             rows = rows[: i + 1]
         rows = rows or [[""]]
-    return "\n".join(",".join(row) for row in rows) + "\n"
+    return Content(("\n".join(",".join(row) for row in rows) + "\n").encode())

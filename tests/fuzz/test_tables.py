@@ -12,7 +12,7 @@ EXPERIMENTS = data_folder("assets") / "experiments"
 NAME = "cube-raise.csv"
 POSTURES = "\n".join((EXPERIMENTS / NAME).read_text().splitlines()[:40]) + "\n"
 INDEX = (EXPERIMENTS / "experiments.csv").read_text()
-ONE = [line for line in INDEX.splitlines() if line.startswith(NAME)][0]
+ONE = next(line for line in INDEX.splitlines() if line.startswith(NAME))
 INDEX_OF_ONE = "\n".join([INDEX.splitlines()[0], ONE]) + "\n"
 
 
@@ -24,7 +24,7 @@ def write(sandbox: Sandbox, postures: str | bytes, index: str | bytes) -> None:
 
 
 def test_postures_with_damaged_cells(sandbox):
-    def check(postures: str) -> None:
+    def check(postures: bytes) -> None:
         write(sandbox, postures, INDEX_OF_ONE)
         sandbox.run("recordings", "info", sandbox.inputs, "--json")
 
@@ -43,7 +43,7 @@ def test_postures_with_damaged_bytes(sandbox):
 
 
 def test_damaged_index(sandbox):
-    def check(index: str) -> None:
+    def check(index: bytes) -> None:
         write(sandbox, POSTURES, index)
         sandbox.run("recordings", "info", sandbox.inputs)
 
@@ -54,7 +54,7 @@ def test_damaged_index(sandbox):
 def test_learning_from_what_is_left(sandbox):
     """Values that pass the reader must not trip the learner."""
 
-    def check(postures: str) -> None:
+    def check(postures: bytes) -> None:
         write(sandbox, postures, INDEX_OF_ONE)
         sandbox.run("learn", sandbox.inputs, "-o", sandbox.outputs / "c.npz", "--components", 2)
 

@@ -1,0 +1,90 @@
+"""What an archive must hold to be a controller: finite numbers that belong together."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.joints import N_JOINTS
+from handsim.learning.timing import check_duration
+
+MAX_VALUE = 1e6
+"""Bound on every number: angles [rad], variances [rad^2], coefficients of ln(beta) / k or beta."""
+MIN_WIDTH = 1e-6
+"""Least distance of unequal knots and least thickness of the closing layer [rad]."""
+_ACCURACY = 1e-6
+
+Arrays = Mapping[str, npt.NDArray[Any]]
+
+
+def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
+    """Check what was stored before anything is built of it.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If something is missing, of another type or shape, or no possible number.
+    """
+    for name, array in arrays.items():
+        if array.dtype != np.float64 or not (np.abs(array) <= MAX_VALUE).all():
+            raise ValueError(f"{name} holds what is no number up to {MAX_VALUE:g}")
+    n = len(arrays["subspace_components"])
+    _check_subspace(n, arrays)
+    _check_spline(n, metadata, arrays)
+    _check_demonstrations(n, metadata["demonstrations"], arrays)
+
+
+def _check_shape(name: str, arrays: Arrays, *shape: int) -> None:
+    if arrays[name].shape != shape:
+        raise ValueError(f"{name} of shape {arrays[name].shape} instead of {shape}")
+
+
+def _check_subspace(n: int, arrays: Arrays) -> None:
+    components = arrays["subspace_components"]
+    _check_shape("subspace_components", arrays, n, N_JOINTS)
+    _check_shape("subspace_mean", arrays, N_JOINTS)
+    for name in ("subspace_explained_variance", "subspace_explained_variance_ratio"):
+        _check_shape(name, arrays, n)
+        if (arrays[name] < 0).any():
+            raise ValueError(f"{name} is negative")
+    if np.abs(components @ components.T - np.eye(n)).max(initial=0.0) > _ACCURACY:
+        raise ValueError("subspace_components are not orthonormal")
+
+
+def _check_spline(n: int, metadata: Mapping[str, Any], arrays: Arrays) -> None:
+    degree = metadata["degree"]
+    if not isinstance(degree, int) or not 1 <= degree <= 9:
+        raise ValueError(f"degree {degree!r} is not among 1 to 9")
+    if metadata["obstacle"] not in ("exponential", "spline"):
+        raise ValueError(f"obstacle {metadata['obstacle']!r} is not known")
+    if metadata["obstacle"] == "exponential":
+        _check_shape("closing_width", arrays, n)
+        if (arrays["closing_width"] < MIN_WIDTH).any():
+            raise ValueError("closing_width is not positive")
+    for i in range(n):
+        steps = np.diff(arrays[f"knots_{i}"])
+        if not ((steps == 0) | (steps >= MIN_WIDTH)).all():
+            raise ValueError(f"knots_{i} do not increase by {MIN_WIDTH:g} rad")
+
+
+def _check_demonstrations(n: int, records: Any, arrays: Arrays) -> None:
+    if not isinstance(records, list) or not records:
+        raise ValueError("no demonstrations")
+    for name, length in (
+        ("q_start", N_JOINTS), ("q_goal", N_JOINTS), ("z_start", n), ("z_goal", n)
+    ):  # fmt: skip
+        _check_shape(name, arrays, len(records), length)
+    mean, components = arrays["subspace_mean"], arrays["subspace_components"]
+    for end in ("start", "goal"):
+        z = (arrays[f"q_{end}"] - mean) @ components.T
+        if np.abs(z - arrays[f"z_{end}"]).max() > _ACCURACY:
+            raise ValueError(f"z_{end} are not the projections of q_{end}")
+    for record in records:
+        for name in ("name", "task", "object"):
+            if not isinstance(record[name], str):
+                raise TypeError(f"{name} {record[name]!r} is not text")
+        for name in ("hand_length", "hand_breadth"):
+            if not 0 < record[name] < 1:
+                raise ValueError(f"{name} {record[name]!r} is not in metres")
+        check_duration(record["duration"])
