@@ -7,7 +7,7 @@ BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
 
-.PHONY: setup demo test test-all check notebooks bench build clean lock models assets rendering
+.PHONY: setup demo test test-all check notebooks bench build clean lock models assets pictures rendering
 .DELETE_ON_ERROR:
 
 setup: .venv/.installed
@@ -73,3 +73,12 @@ models: setup
 assets: setup
 	$(BIN)/python -m handsim.hand.object_meshes assets/objects
 	$(BIN)/python -m handsim.simulation.experiments assets/experiments
+
+pictures: rendering
+	$(BIN)/python -m handsim.viewing.sheets keyframes models/hand/hand.png
+	$(BIN)/python -m handsim.viewing.sheets hands models/hand/sizes.png
+	$(BIN)/python -m handsim.viewing.sheets retargeting models/hand/retargeting.png \
+	  --robot tests/hand/data/four_finger_hand.xml --palm base_frame \
+	  --fingertips thumb=thumb_touch index=f1_touch middle=f2_touch ring=f3_touch
+	$(BIN)/python -m handsim.viewing.sheets grasps assets/grasps.png
+	MUJOCO_GL=$${MUJOCO_GL:-egl} $(BIN)/python -m handsim.hand.object_sheet assets/objects.png

@@ -161,6 +161,12 @@ class RobotHand:
             positions[..., coupling.joint] = start[coupling.joint] + polynomial(ahead)
         return positions
 
+    def palm_pose(self) -> tuple[Array, Array]:
+        """Return the palm's origin, (3,) [m], and axes, (3, 3), in the world, reference posture."""
+        self.forward(self.reference)
+        origin, axes = self._pose(self._palm)
+        return origin.copy(), axes
+
     def forward(self, x: Array) -> Fingertips:
         """Return the fingertips at coordinates (m,)."""
         positions = self.joint_positions(x)
