@@ -4,10 +4,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
+from handsim.errors import InputError
+from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH, hand_geometry
 from handsim.hand.grasp_task import Side
 from handsim.hand.model import FRICTION
+from handsim.hand.scene import HAND_FRICTION_RANGE
 
+LIMITS: dict[str, tuple[float, float]] = {
+    "seed": (0, 2**63 - 1),
+    "friction": HAND_FRICTION_RANGE,
+    "mass_scale": (1e-3, 1e3),
+    "shake": (0.0, 100.0),
+}
+"""What is simulated; far beyond what hands and objects are like, so that limits can be sought."""
+MAX_OFFSET = 3.2
+"""Largest displacement [m] and turn [rad] of the object; half a turn and more."""
 
 @dataclass(frozen=True)
 class Conditions:
@@ -29,6 +40,11 @@ class Conditions:
         Displacement of the object from where the plan expects it, (x [m], y [m], yaw [rad]).
     shake
         Amplitude of the base's acceleration during the hold [m/s^2].
+
+    Raises
+    ------
+    InputError
+        If one is outside what is simulated (`LIMITS`), or the size is that of no hand.
     """
 
     seed: int = 0
@@ -40,6 +56,18 @@ class Conditions:
     mass_scale: float = 1.0
     object_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     shake: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check all values."""
+        hand_geometry(self.hand_length, self.hand_breadth)
+        for name, (low, high) in LIMITS.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"{name} of {value:g} is outside {low:g} to {high:g}")
+        if not np.abs(self.object_offset).max() <= MAX_OFFSET:
+            raise InputError(
+                f"object_offset of {self.object_offset} is beyond {MAX_OFFSET:g} m or rad"
+            )
 
 
 @dataclass(frozen=True)

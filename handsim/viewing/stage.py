@@ -89,8 +89,9 @@ def parse_size(text: str) -> tuple[int, int]:
         If it is not two whole numbers.
     """
     parts = text.lower().replace("×", "x").split("x")
-    if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
-        raise InputError(f"size '{text}' is not WIDTHxHEIGHT; give one like 640x480")
+    # Python refuses to read whole numbers of thousands of digits.
+    if len(parts) != 2 or not all(p.strip().isdecimal() and len(p) < 10 for p in parts):
+        raise InputError(f"size '{text[:40]}' is not WIDTHxHEIGHT; give one like 640x480")
     return int(parts[0]), int(parts[1])
 
 

@@ -1,0 +1,137 @@
+"""The command line: options of any value, in any combination."""
+
+import shutil
+
+from hypothesis import strategies as st
+
+from handsim.files import data_folder
+
+from .conftest import SPECIAL, Sandbox, search
+
+CONTROLLER = data_folder("assets") / "controller.npz"
+POSTURES = data_folder("assets") / "experiments" / "cube-raise.csv"
+SHORT = tuple(value for value in SPECIAL if len(value) < 10_000)
+WORDS = st.sampled_from(SHORT) | st.text(max_size=6)
+NUMBERS = st.sampled_from(SHORT) | st.floats().map(repr) | st.integers(-(10**12), 10**12).map(str)
+
+
+def mostly(*good: str, else_: st.SearchStrategy = WORDS) -> st.SearchStrategy:
+    """Good values three times out of four."""
+    return st.integers(0, 3).flatmap(lambda i: st.sampled_from(good) if i else else_)
+
+
+LENGTHS = mostly("0.16", "0.19", "0.25", else_=NUMBERS)
+BREADTHS = mostly("0.08", "0.085", else_=NUMBERS)
+TASKS = mostly("cube-raise", "jar-move", "tall-glass-drink")
+
+
+@st.composite
+def arguments(draw: st.DrawFn, fixed: tuple[str, ...], options: dict) -> list[str]:
+    """Arguments of a command with some of its options, and at times one that it does not have."""
+    chosen = list(fixed)
+    for name, values in options.items():
+        if draw(st.booleans()):
+            value = draw(values)
+            chosen += [name] if value is True else [f"{name}={value}"]
+    if draw(st.integers(0, 9)) == 0:
+        chosen.insert(draw(st.integers(1, len(chosen))), draw(WORDS))
+    return chosen
+
+
+FLAG = st.just(True)
+
+
+def try_command(sandbox: Sandbox, cases: int, output: str | None, fixed, **options) -> None:
+    named = {f"--{name.replace('_', '-')}": values for name, values in options.items()}
+
+    def check(chosen: tuple[list[str], str]) -> None:
+        arguments, name = chosen
+        sandbox.fresh()
+        where = [] if output is None else ["-o", f"{sandbox.outputs}/{name}"]
+        sandbox.run(*arguments, *where)
+
+    names = WORDS if output is None else mostly(output)
+    search(check, st.tuples(arguments(fixed, named), names), cases * sandbox.cases)
+    assert 2 in sandbox.codes
+
+
+def test_postures(sandbox):
+    try_command(
+        sandbox, 60, "p.csv", ("postures",), task=TASKS, time_law=mostly("gradient"),
+        duration=mostly("0.3", "600", else_=NUMBERS),
+        goal=mostly(str(POSTURES), else_=st.sampled_from(["/", "/dev/zero", str(CONTROLLER)])),
+    )  # fmt: skip
+
+
+def test_hand_build(sandbox):
+    sides = mostly("left", "right")
+    try_command(
+        sandbox,
+        20,
+        "hand",
+        ("hand", "build"),
+        hand_length=LENGTHS,
+        hand_breadth=BREADTHS,
+        side=sides,
+    )
+
+
+def test_recordings(sandbox):
+    try_command(sandbox, 20, None, ("recordings", "info"), json=FLAG, bogus=WORDS)
+    files = ("recordings", "import", str(POSTURES))
+    formats = mostly("west-rtg")
+    try_command(sandbox, 20, "set", files, format=formats, subject=NUMBERS)
+
+
+def test_evaluate_and_certify(sandbox):
+    try_command(sandbox, 8, None, ("evaluate",), json=FLAG, bogus=WORDS)
+    try_command(sandbox, 4, None, ("certify", "nowhere.npz"), json=FLAG)
+
+
+def test_learn(sandbox):
+    try_command(
+        sandbox, 5, "c.npz", ("learn",), components=mostly("2", "3", else_=NUMBERS),
+        method=mostly("direction"), k=mostly("2", "10", else_=NUMBERS), seed=NUMBERS,
+    )  # fmt: skip
+
+
+def test_grasp(sandbox):
+    try_command(
+        sandbox, 14, "rollouts", ("grasp", str(CONTROLLER), "--replay"), task=TASKS,
+        seed=mostly("7", else_=NUMBERS), hand_length=LENGTHS, hand_breadth=BREADTHS,
+        friction=mostly("0.3", "1.5", else_=NUMBERS), trials=mostly("0", "1"), json=FLAG,
+    )  # fmt: skip
+
+
+def test_render(sandbox):
+    odd = st.sampled_from(["0x0", "16x99999", "1e3x2", "9" * 5000 + "x1", "-1x-1", "64x48x2"])
+    sizes = mostly("64x48", else_=odd | WORDS)
+    cameras = mostly("palm", "orbit")
+    counts = mostly("2", "3", else_=st.just("1000000000") | NUMBERS)
+    try_command(
+        sandbox, 16, "p.png", ("render", str(POSTURES), "--postures=2"), size=sizes,
+        fps=mostly("30", else_=NUMBERS), camera=cameras, postures=counts, plain=FLAG,
+    )  # fmt: skip
+
+
+def test_words_instead_of_commands(sandbox):
+    words = st.sampled_from(["grasp", "hand", "build", "--help", "--", "-o", "--json"]) | WORDS
+
+    def check(arguments: list[str]) -> None:
+        sandbox.fresh()
+        sandbox.run(*arguments)
+
+    search(check, st.lists(words, max_size=4), 40 * sandbox.cases)
+
+
+def test_outputs_that_cannot_be(sandbox):
+    """A folder, a link to nowhere and a link to a file of others in place of the output."""
+    sandbox.fresh()
+    (sandbox.outputs / "folder.csv").mkdir()
+    (sandbox.outputs / "loop.csv").symlink_to(sandbox.outputs / "loop.csv")
+    shutil.copy(POSTURES, sandbox.inputs / "own.csv")
+    (sandbox.outputs / "link.csv").symlink_to(sandbox.inputs / "own.csv")
+    for name, code in (("folder.csv", 2), ("loop.csv", 0), ("link.csv", 0)):
+        assert sandbox.run("postures", "--task", "cube-raise", "-o", sandbox.outputs / name) == code
+    # The link is replaced, and not what it leads to.
+    assert (sandbox.inputs / "own.csv").read_bytes() == POSTURES.read_bytes()
