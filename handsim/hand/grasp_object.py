@@ -14,7 +14,10 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Vec3 = tuple[float, float, float]
-Kind = Literal["box", "cylinder", "capsule", "ellipsoid", "hull"]
+Kind = Literal["box", "cylinder", "capsule", "sphere", "hull"]
+
+CLEARANCE = 0.0003
+"""Height of a round base above the table on which its feet stand [m]."""
 
 
 @dataclass(frozen=True)
@@ -155,9 +158,29 @@ def box(sides: Vec3, centre: Vec3, turn_x: float = 0.0) -> Collider:
     return Collider("box", (x / 2, y / 2, z / 2), centre, quat)
 
 
-def upright_cylinder(radius: float, bottom: float, top: float) -> Collider:
-    """Return a cylinder about the z axis between two heights [m]."""
-    return Collider("cylinder", (radius, (top - bottom) / 2), (0.0, 0.0, (top + bottom) / 2))
+def drum(radius: float, bottom: float, top: float, n: int = 32) -> Collider:
+    """Return an upright prism of ``n`` sides, round on average, between two heights [m].
+
+    It stands in for a cylinder: MuJoCo's contact of a cylinder with a plane loses all digits when
+    the cylinder stands upright to within rounding, and now and then reports millimetres of depth.
+    """
+    angles = (np.arange(n) + 0.5) * 2 * np.pi / n
+    reach = radius * 2 / (1 + np.cos(np.pi / n))
+    rim = np.column_stack([np.cos(angles), np.sin(angles)]) * reach
+    return hull([(x, y, z) for z in (bottom, top) for x, y in rim])
+
+
+def feet(radius: float, n: int = 6) -> tuple[Collider, ...]:
+    """Return the points on which a round base stands, on a circle of ``radius`` [m].
+
+    Balls of 1 mm radius; what they carry begins at `CLEARANCE` above the table.
+    """
+    angles = np.arange(n) * 2 * np.pi / n
+    ball = 0.001
+    return tuple(
+        Collider("sphere", (ball,), (float(radius * x), float(radius * y), ball))
+        for x, y in zip(np.cos(angles), np.sin(angles), strict=True)
+    )
 
 
 def rod(start: Vec3, end: Vec3, radius: float, kind: Kind = "capsule") -> Collider:

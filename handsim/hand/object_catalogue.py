@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from handsim.hand.grasp_object import (
+    CLEARANCE,
     Collider,
     GraspObject,
     Hinge,
@@ -12,12 +13,13 @@ from handsim.hand.grasp_object import (
     Piece,
     Vec3,
     box,
+    drum,
+    feet,
     hull,
     hull_of,
     prism_along_x,
     ring,
     rod,
-    upright_cylinder,
 )
 
 CLEAR_GLASS = (0.75, 0.88, 0.93, 0.25)
@@ -29,7 +31,8 @@ TALL_GLASS = GraspObject(
     front="any side",
     pieces=(Piece("tall_glass", 0.225, CLEAR_GLASS, 0.9),),
     colliders=(
-        upright_cylinder(0.032, 0.0, 0.010),
+        *feet(0.030),
+        drum(0.032, CLEARANCE, 0.010),
         *ring((0.0298, 0.0298), (0.032, 0.032), (0.010, 0.145), 24),
     ),
     source="straight 35 cl highball glass, 145 x 64 mm; 90 cm3 of soda-lime glass, 2500 kg/m3",
@@ -75,7 +78,8 @@ CUP = GraspObject(
     front="handle",
     pieces=(Piece("cup", 0.225, (0.93, 0.92, 0.88, 1.0), 0.6),),
     colliders=(
-        upright_cylinder(0.034, 0.0, 0.005),
+        *feet(0.032),
+        drum(0.034, CLEARANCE, 0.005),
         *ring((0.030, 0.0365), (0.034, 0.040), (0.005, 0.012), 20),
         *ring((0.0365, 0.0365), (0.040, 0.040), (0.012, 0.082), 20),
         *(rod(start, end, 0.005) for start, end in pairwise(_HANDLE)),
@@ -122,7 +126,8 @@ ASHTRAY = GraspObject(
     front="any side",
     pieces=(Piece("ashtray", 0.330, (0.78, 0.86, 0.84, 0.55), 0.9),),
     colliders=(
-        upright_cylinder(0.050, 0.0, 0.008),
+        *feet(0.048),
+        drum(0.050, CLEARANCE, 0.008),
         *ring((0.0365, 0.041), (0.050, 0.050), (0.008, 0.032), 20),
     ),
     source="round glass ashtray of 100 x 32 mm; 132 cm3 of soda-lime glass, 2500 kg/m3",
@@ -161,7 +166,7 @@ JAR = GraspObject(
         Piece("jar_coffee", 0.050, (0.36, 0.18, 0.07, 1.0), 0.1),
         Piece("jar_glass", 0.200, CLEAR_GLASS, 0.9),
     ),
-    colliders=(upright_cylinder(0.036, 0.0, 0.082), upright_cylinder(0.0315, 0.082, 0.101)),
+    colliders=(*feet(0.034), drum(0.036, CLEARANCE, 0.082), drum(0.0315, 0.082, 0.101)),
     links=(
         Link(
             Hinge(
@@ -173,7 +178,7 @@ JAR = GraspObject(
                 pitch=0.006,
             ),
             pieces=(Piece("jar_lid", 0.014, (0.70, 0.12, 0.11, 1.0), 0.5),),
-            colliders=(upright_cylinder(0.0345, 0.088, 0.104),),
+            colliders=(drum(0.0345, 0.088, 0.104),),
         ),
     ),
     source="370 ml twist-off jar of 72 x 104 mm: 80 cm3 of soda-lime glass, 14 g tinplate lid; "
