@@ -9,7 +9,7 @@ from typing import NoReturn
 
 import typer
 
-from handsim.cli import grasping, hand, learning, machine, recordings, seeing
+from handsim.cli import grasping, hand, learning, machine, recordings, reporting, seeing
 from handsim.errors import HandsimError
 
 app = typer.Typer(
@@ -32,6 +32,7 @@ for command in (
     grasping.grasp,
     seeing.render,
     seeing.figures,
+    reporting.report,
 ):
     app.command()(command)
 
@@ -54,6 +55,8 @@ def main() -> NoReturn:
     except BrokenPipeError:
         sys.stderr.close()  # the reader of standard output has gone; nobody is left to tell
         sys.exit(0)
+    except OSError as error:  # a disk that is full, a name too long, a folder without permission
+        sys.exit(_refuse(f"{error.filename or 'file'}: {error.strerror or error}; choose another"))
     sys.exit(code if isinstance(code, int) else 0)
 
 

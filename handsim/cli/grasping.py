@@ -1,17 +1,20 @@
 """`handsim grasp`: grasps in contact physics, judged."""
 
+from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import JsonFlag, check_gl, note, progress, say, say_json, say_table
+from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, say_table
 
 if TYPE_CHECKING:
     from handsim.hand.grasp_task import Task
     from handsim.simulation.conditions import Conditions
     from handsim.simulation.grasping import Grasper, TaskResult
+    from handsim.simulation.rollout import Rollout
 
 DEMONSTRATOR = "demonstrator"
 
@@ -53,14 +56,16 @@ def grasp(
     if output is not None:
         output.mkdir(exist_ok=True)
     started, results = perf_counter(), []
-    for each in progress(tasks, "grasping"):
-        result = grasp_task(grasper, each, conditions, trials)
-        results.append(result)
-        if output is None:
-            continue
-        for run in (result.nominal, *result.trials):
-            suffix = "" if run.conditions.nominal else f"-{run.conditions.seed}"
-            write_rollout(run, output / f"{each.name}{suffix}.npz")
+    with fraction_done("grasping") as done:
+        counted = _counted(grasper, done, len(tasks) * (1 + trials))
+        for each in tasks:
+            result = grasp_task(counted, each, conditions, trials)
+            results.append(result)
+            if output is None:
+                continue
+            for run in (result.nominal, *result.trials):
+                suffix = "" if run.conditions.nominal else f"-{run.conditions.seed}"
+                write_rollout(run, output / f"{each.name}{suffix}.npz")
     if json and task != "all":
         say_json(results[0].as_json())
     elif json:
@@ -96,20 +101,25 @@ def _conditions(
 
 
 def _grasper(name: str | None, conditions: "Conditions", *, replay: bool) -> "Grasper":
-    from handsim.cli.defaults import controller_or_built_in, plan_folder
+    from handsim.cli.defaults import planning_grasper
     from handsim.simulation.demonstrator import demonstrate
-    from handsim.simulation.grasping import ControllerGrasper
-    from handsim.simulation.plan_store import PlanStore, plan_key
 
     if name == DEMONSTRATOR:
         return demonstrate
-    path = None if name is None else Path(name)
-    learned, built_in = controller_or_built_in(path), controller_or_built_in(None)
-    own = plan_folder(path) / f"{plan_key(learned.digest, conditions)}.json"
-    hint = plan_folder(None) / f"{plan_key(built_in.digest, conditions)}.json"
-    return ControllerGrasper(
-        learned, "replay" if replay else "plan", PlanStore(own), (PlanStore(hint),)
-    )
+    return planning_grasper(None if name is None else Path(name), conditions, replay=replay)
+
+
+def _counted(grasp: "Grasper", done: Callable[[float], None] | None, n_runs: int) -> "Grasper":
+    """Return a grasper that says after each run what fraction of ``n_runs`` is done."""
+    runs = count(1)
+
+    def grasp_and_count(task: "Task", conditions: "Conditions") -> "Rollout":
+        run = grasp(task, conditions)
+        if done:
+            done(next(runs) / n_runs)
+        return run
+
+    return grasp_and_count
 
 
 def _show(results: "list[TaskResult]") -> None:

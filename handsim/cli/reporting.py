@@ -1,0 +1,93 @@
+"""`handsim report`: everything about a controller on one page."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from handsim.cli.console import (
+    ControllerFile,
+    Folder,
+    check_gl,
+    fraction_done,
+    note,
+    progress,
+    writable,
+)
+
+if TYPE_CHECKING:
+    from handsim.learning.controller import GraspController
+    from handsim.simulation.rollout import Rollout
+
+
+def report(
+    output: Annotated[Path, typer.Option("-o", "--output", help="The page, .html.")],
+    controller: ControllerFile = None,
+    folder: Folder = None,
+    tasks: Annotated[
+        str, typer.Option(help="Tasks to grasp: planned, all, none, or names with commas between.")
+    ] = "planned",
+) -> None:
+    """Write one self-contained page: data, subspace, learning, proof, scores, grasps on video.
+
+    Grasped are the tasks whose plans are stored beside the controller, unless others are named;
+    those are planned first, which takes minutes each.
+    """
+    writable(output, ".html")
+    check_gl()
+
+    from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
+    from handsim.viewing.gl import choose_backend
+
+    learned, recordings = controller_or_built_in(controller), recordings_or_built_in(folder)
+    choose_backend()
+    grasps = _grasps(controller, tasks)
+
+    from handsim.viewing.report import write_report
+
+    with fraction_done("drawing") as drawn:
+        write_report(output, learned, recordings, grasps, _commands(learned, folder), drawn)
+    note(f"wrote {output}: {output.stat().st_size / 2**20:.1f} MB, {len(grasps)} grasps")
+
+
+def _grasps(controller: Path | None, tasks: str) -> "list[Rollout]":
+    """Grasp each task once; a bar shows how far it is."""
+    from handsim.cli.defaults import planning_grasper
+    from handsim.hand.tasks import TASKS, task_by_name
+    from handsim.simulation.conditions import Conditions
+    from handsim.simulation.experiments import demonstrated_tasks
+
+    conditions = Conditions()
+    grasper = planning_grasper(controller, conditions)
+    if tasks == "planned":
+        planned = grasper.store.read() if grasper.store else {}
+        chosen = [task for task in TASKS if task.name in planned]
+        if not chosen:
+            note("no plans are stored beside the controller; `handsim grasp` makes them")
+    elif tasks == "all":
+        chosen = list(demonstrated_tasks())
+    else:
+        names = [] if tasks == "none" else tasks.split(",")
+        chosen = [task_by_name(name.strip()) for name in names]
+    return [grasper(task, conditions) for task in progress(chosen, "grasping")]
+
+
+def _commands(learned: "GraspController", folder: Path | None) -> list[str]:
+    """Command lines that lead to the page, this one last."""
+    data = [] if folder is None else [str(folder)]
+    learn = [
+        *("learn", *data, "-o", "controller.npz", "--method", learned.method),
+        *("--components", str(learned.navigation.n_dimensions), "--k", f"{learned.navigation.k:g}"),
+        *(["--certified"] if learned.certified else []),
+    ]
+    steps = (
+        learn,
+        ["certify", "controller.npz"],
+        ["evaluate", "controller.npz", *data],
+        ["figures", "controller.npz", *data, "-o", "figures"],
+        ["grasp", "controller.npz", "--task", "all", "-o", "grasps"],
+        sys.argv[1:],
+    )
+    return [shlex.join(["handsim", *step]) for step in steps]

@@ -1,0 +1,295 @@
+"""One HTML page that shows a controller: data, subspace, learning, proof, scores and grasps.
+
+The page needs nothing but itself: pictures and videos are inside, and the same inputs give the
+same page.
+"""
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handsim.files import write_text
+from handsim.learning.controller import GraspController
+from handsim.learning.critical import certification
+from handsim.learning.scores import evaluate
+from handsim.motion.phases import summarise
+from handsim.motion.recording import RecordingSet
+from handsim.simulation.experiments import SUBJECT
+from handsim.simulation.rollout import Rollout, current_versions
+from handsim.viewing import page
+from handsim.viewing.clips import render_clips
+from handsim.viewing.figures import make_figures
+from handsim.viewing.rollouts import rollout_clip
+from handsim.viewing.stage import View
+from handsim.viewing.video import write_video
+
+FILM = View(width=480, height=360, fps=20.0)
+"""Size and rate of the videos; two dozen of them make a page of a few megabytes."""
+
+CAPTIONS = {
+    "fig5_variance": "Variance of all recorded postures that lies in their first principal "
+    "components: blue, those kept.",
+    "fig7_components": "Principal components along the movements, over normalised arc length: "
+    "left, recordings and controller; right, the hand two standard deviations to either side of "
+    "the mean along each component.",
+    "fig3_learning": "Course of learning: a, the obstacle learned, as ln β; b, the cost; c, the "
+    "norm of its gradient; d, how far the coefficients move, each over the iterations.",
+    "fig1b_level_sets": "Level sets and flow of the two-dimensional navigation function: colours, "
+    "φ; white, the flow to the destination.",
+    "fig4_field": "Flow and level sets of the controller in slices through a destination: the "
+    "path shown is of the recording of median length.",
+    "fig6_paths": "Recordings and the controller's paths in the subspace: same starts, same "
+    "destinations.",
+}
+
+
+def write_report(
+    path: Path,
+    controller: GraspController,
+    recordings: RecordingSet,
+    grasps: Sequence[Rollout] = (),
+    commands: Sequence[str] = (),
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write the page.
+
+    Parameters
+    ----------
+    path
+        The ``.html`` file, written as a whole or not at all.
+    controller, recordings
+        What is shown, and what it is compared with.
+    grasps
+        Runs to be listed and shown as videos.
+    commands
+        Command lines that make the page, as text.
+    progress
+        Called with the fraction done.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written.
+    MissingToolError
+        If nothing renders the hand or encodes videos.
+    """
+    n_steps = 2 + len(grasps)
+
+    def done(steps: float) -> None:
+        if progress:
+            progress(steps / n_steps)
+
+    scores, proof = evaluate(controller, recordings), certification(controller)
+    done(1)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        make_figures(controller, recordings, folder, lambda fraction: done(1 + fraction))
+        films = []
+        for i, grasp in enumerate(grasps):
+            films.append(_film(grasp, folder))
+            done(3 + i)
+        sections = [
+            ("data", "Recordings", _data(summarise(recordings), recordings)),
+            ("subspace", "Subspace", _subspace(controller, folder)),
+            ("learning", "Learning", _learning(controller, folder)),
+            ("certificate", "Convergence", _certificate(proof)),
+            ("scores", "Against the recordings", _scores(controller, recordings, scores, folder)),
+            ("grasps", "Grasps in physics", _grasps(grasps, films)),
+            ("making", "How this page was made", _making(commands)),
+        ]
+    text = page.page(
+        "Grasp controller", _lead(controller, recordings), _top(scores, proof, grasps), sections
+    )
+    write_text(path, text)
+
+
+def _lead(controller: GraspController, recordings: RecordingSet) -> str:
+    subspace = controller.subspace
+    synthetic = all(recording.subject == SUBJECT for recording in recordings)
+    return (
+        f"Learned from {_count(len(controller.demonstrations), 'recording')} by method "
+        f"{controller.method}{', certified' if controller.certified else ''}; "
+        f"{_count(len(subspace.components_), 'component')}, "
+        f"k = {controller.navigation.k:g}. Compared with {_count(len(recordings), 'recording')}"
+        f"{', all synthetic' if synthetic else ''}."
+    )
+
+
+def _top(scores: dict[str, Any], proof: dict[str, Any], grasps: Sequence[Rollout]) -> str:
+    held = sum(grasp.outcome.success for grasp in grasps)
+    shown = [
+        (f"{scores['n_arrived']} of {scores['n_recordings']}", "movements arrive"),
+        (f"{scores['path_error_deg']:.1f}°", "mean path error"),
+        (f"{scores['straight_error_deg']:.1f}°", "that of straight lines"),
+        (f"{100 * scores['variance_explained']:.1f} %", "of variance in the subspace"),
+        ("yes" if proof["certified"] else "no", "convergence proved"),
+        (f"{proof['arrivals']} of {proof['starts']}", "starts on a grid arrive"),
+    ]
+    return page.tiles([*shown, (f"{held} of {len(grasps)}", "grasps succeed")] if grasps else shown)
+
+
+def _data(data: dict[str, Any], recordings: RecordingSet) -> str:
+    durations = data["duration_s"]
+    sizes = ", ".join(f"{1000 * a:.0f} × {1000 * b:.0f} mm" for a, b in data["hand_sizes_m"])
+    outside = data["n_frames_out_of_range"]
+    text = (
+        f"{_count(data['n_recordings'], 'movement')} in {_count(data['n_frames'], 'frame')}; "
+        f"subjects: {_listed(data['subjects'])}. They last {durations['least']:.2f} to "
+        f"{durations['greatest']:.2f} s (median {durations['median']:.2f} s). Hand length × "
+        f"breadth: {sizes}. {_count(outside, 'frame')} with an angle outside its joint's range."
+    )
+    rows = [
+        (r.name, r.object, r.task, r.subject, len(r.time), f"{r.duration:.2f}") for r in recordings
+    ]
+    header = ("recording", "object", "task", "subject", "frames", "duration [s]")
+    ranges = [
+        (joint, found["n_frames"], f"{found['least_deg']:.1f}", f"{found['greatest_deg']:.1f}")
+        for joint, found in data["out_of_range"].items()
+    ]
+    beyond = ("joint beyond its range", "frames", "least [deg]", "greatest [deg]")
+    return page.paragraph(text) + page.table(header, rows, n_text=4) + (
+        page.table(beyond, ranges) if ranges else ""
+    )  # fmt: skip
+
+
+def _subspace(controller: GraspController, folder: Path) -> str:
+    subspace = controller.subspace
+    share = 100 * subspace.explained_variance_ratio_
+    sigma = np.rad2deg(np.sqrt(subspace.explained_variance_))
+    rows = [
+        (f"PC {i + 1}", f"{sigma[i]:.1f}", f"{share[i]:.1f}", f"{share[: i + 1].sum():.1f}")
+        for i in range(len(share))
+    ]
+    header = ("component", "standard deviation [deg]", "variance [%]", "cumulative [%]")
+    return page.table(header, rows) + _pictures(folder, "fig5_variance", "fig7_components")
+
+
+def _learning(controller: GraspController, folder: Path) -> str:
+    other = "" if controller.method == "direction" else f", not {controller.method}"
+    note = (
+        "A controller file keeps what was learned and not the course of learning. The curves below "
+        "are those of a fit of two components to the same recordings, made again for this page by "
+        f"method direction{other}; two dimensions can be drawn whole."
+    )
+    return page.paragraph(note) + _pictures(folder, "fig3_learning", "fig1b_level_sets")
+
+
+def _certificate(proof: dict[str, Any]) -> str:
+    verdict = (
+        "Convergence is proved: from everywhere in the workspace the flow leads to every "
+        "recorded destination."
+        if proof["certified"]
+        else "The sufficient condition for convergence everywhere does not hold; that proves "
+        "nothing against it. What follows was searched, not proved."
+    )
+    k_min = proof["k_min"]
+    rows = [
+        ("condition", proof["reason"]),
+        ("exponent k", f"{proof['k']:g}"),
+        ("least k with a proof", "none" if k_min is None else f"{k_min:.3f}"),
+        ("starts on a grid that arrive", f"{proof['arrivals']} of {proof['starts']}"),
+        ("minima other than the destinations", len(proof["other_minima"])),
+        ("saddles", proof["n_saddles"]),
+        ("maxima", proof["n_maxima"]),
+    ]
+    traps = [
+        (trap["destination"], ", ".join(f"{angle:.0f}" for angle in trap["z_deg"]))
+        for trap in proof["other_minima"]
+    ]
+    return (
+        page.paragraph(verdict, "good" if proof["certified"] else "bad")
+        + page.table(("", "found"), rows, n_text=2)
+        + (page.table(("minimum on the way to", "at [deg]"), traps, n_text=2) if traps else "")
+    )
+
+
+def _scores(
+    controller: GraspController, recordings: RecordingSet, scores: dict[str, Any], folder: Path
+) -> str:
+    known = {demonstration.name for demonstration in controller.demonstrations}
+    seen = sum(recording.name in known for recording in recordings)
+    what = (
+        "From each recording's start to its end: the root mean square distance in the subspace "
+        "between the controller's path and the recorded one, at equal shares of arc length; the "
+        "same for a straight line, and for the person's other trials with the same object. "
+        f"{seen} of these {len(recordings)} recordings have names that the controller was learned "
+        "from."
+    )
+    header = (
+        *("arrived", "path error [deg]", "straight line [deg]", "people repeat [deg]"),
+        "direction error [deg]",
+    )
+    objects = [
+        (row["object"], f"{row['n_arrived']} of {row['n_recordings']}", *_errors(row))
+        for row in [*scores["per_object"], {**scores, "object": "all"}]
+    ]
+    each = [(row["name"], bool(row["arrived"]), *_errors(row)) for row in scores["per_recording"]]
+    return (
+        page.paragraph(what)
+        + page.table(("object", *header), objects)
+        + page.table(("recording", *header), each)
+        + _pictures(folder, "fig6_paths", "fig4_field")
+    )
+
+
+def _errors(row: dict[str, Any]) -> tuple[str, ...]:
+    keys = ("path_error_deg", "straight_error_deg", "repeatability_deg", "direction_error_deg")
+    return tuple("–" if row[key] is None else f"{row[key]:.1f}" for key in keys)
+
+
+def _grasps(grasps: Sequence[Rollout], films: Sequence[str]) -> str:
+    if not grasps:
+        return page.paragraph("No grasp was simulated for this page.")
+    rows = [
+        (
+            grasp.task,
+            grasp.outcome.success,
+            grasp.outcome.reason or "",
+            f"{1000 * grasp.outcome.lift_m:.0f}",
+            f"{1000 * grasp.outcome.peak_slip_m:.1f}",
+            f"{grasp.outcome.peak_tilt_deg:.1f}",
+            f"{grasp.outcome.hold_s:.2f}",
+            grasp.outcome.contacts,
+        )
+        for grasp in grasps
+    ]
+    header = (
+        *("task", "success", "reason", "lift [mm]", "slip [mm]", "tilt [deg]", "hold [s]"),
+        "parts touching",
+    )
+    what = (
+        "Each task once, without perturbations, in contact physics: the controller drives the 22 "
+        "joints, and the task's own rule judges the outcome."
+    )
+    return page.paragraph(what) + page.table(header, rows) + page.films(films)
+
+
+def _film(grasp: Rollout, folder: Path) -> str:
+    frames = list(render_clips([rollout_clip(grasp)], FILM))
+    path = folder / f"{grasp.task}.mp4"
+    write_video(frames, path, FILM.fps)
+    outcome = grasp.outcome
+    caption = f"{grasp.task}: {'success' if outcome.success else f'failed, {outcome.reason}'}"
+    return page.film(path, frames[-1], caption, outcome.success)
+
+
+def _making(commands: Sequence[str]) -> str:
+    versions = page.table(("", "version"), current_versions().items(), n_text=2)
+    return (page.listing(commands) if commands else "") + versions
+
+
+def _pictures(folder: Path, *names: str) -> str:
+    """Return the figures that were drawn; a line has neither planes nor paths in one."""
+    paths = [folder / f"{name}.svg" for name in names]
+    return "".join(page.picture(path, CAPTIONS[path.stem]) for path in paths if path.is_file())
+
+
+def _count(n: int, thing: str) -> str:
+    return f"{n} {thing}{'' if n == 1 else 's'}"
+
+
+def _listed(counts: dict[str, int]) -> str:
+    return ", ".join(f"{name} ({n})" for name, n in counts.items())
