@@ -32,6 +32,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import FileError, InputError, UnknownNameError
+from handsim.motion.matlab import read_variables
 from handsim.motion.phases import cut_reach_to_grasp
 from handsim.motion.recording import Recording, RecordingSet
 
@@ -134,21 +135,10 @@ def _west_postures(cell: npt.ArrayLike, subject: int, thing: str) -> Array:
 
 
 def _west_cells(files: list[Path]) -> tuple[Array, Array]:
-    from scipy.io import loadmat
-
+    wanted = ("X_R2G_SUBJECTbyOBJECT", "t_R2G_SUBJECTbyOBJECT")
     cells: dict[str, Any] = {}
     for file in files:
-        if not file.is_file():
-            raise FileError(f"{file}: no such file; check the path")
-        try:
-            content = loadmat(file)
-        except Exception as error:  # loadmat raises a dozen different classes
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise FileError(
-                f"{file}: not a readable MATLAB 5 file ({reason}); download it again"
-            ) from error
-        cells.update({name: value for name, value in content.items() if name[0] != "_"})
-    wanted = ("X_R2G_SUBJECTbyOBJECT", "t_R2G_SUBJECTbyOBJECT")
+        cells.update(read_variables(file, wanted))
     for name in wanted:
         if name not in cells:
             raise FileError(

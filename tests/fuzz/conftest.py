@@ -163,3 +163,15 @@ def damaged_table(draw: st.DrawFn, original: str) -> Content:
             rows = rows[: i + 1]
         rows = rows or [[""]]
     return Content(("\n".join(",".join(row) for row in rows) + "\n").encode())
+
+
+@pytest.fixture
+def memory_limit():
+    """Leave this process 2 GB more than it has: what takes more fails, and not the machine."""
+    import resource
+
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    kept = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + 2 * 2**30, kept[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, kept)
