@@ -77,10 +77,10 @@ class Closing:
 
 
 _EXTENDED = {"wrist_flexion": -20.0}
-_FLEXED = {"wrist_flexion": 15.0}
+_LEVEL = {"wrist_flexion": -5.0}
 
 _TOP = Closing(
-    open=posture((40, 15, 8), thumb_rotation=80, thumb_abduction=45, thumb_ip=5, **_FLEXED),
+    open=posture((40, 15, 8), thumb_rotation=80, thumb_abduction=45, thumb_ip=5, **_LEVEL),
     shut=posture(
         (72, 28, 14),
         thumb_rotation=95,
@@ -88,7 +88,7 @@ _TOP = Closing(
         thumb_mcp=20,
         thumb_ip=22,
         palm_arch=6,
-        **_FLEXED,
+        **_LEVEL,
     ),
     beyond=0.08,
     sink=0.006,
@@ -106,7 +106,7 @@ PINCH = Closing(
         middle_mcp=24.5, middle_pip=62, middle_dip=23.4,
         ring_mcp=32.5, ring_pip=31.3, ring_dip=42,
         little_mcp=45, little_pip=40, little_dip=20,
-        thumb_rotation=96, thumb_abduction=34, thumb_mcp=-7.5, thumb_ip=72,
+        thumb_rotation=96, thumb_abduction=34, thumb_mcp=-7.5, thumb_ip=72, **_LEVEL,
     ),
     shut=posture(
         (0, 0, 0),
@@ -114,7 +114,7 @@ PINCH = Closing(
         middle_mcp=48, middle_pip=61, middle_dip=19.4,
         ring_mcp=53.2, ring_pip=34.6, ring_dip=38.8,
         little_mcp=45, little_pip=40, little_dip=20,
-        thumb_rotation=104.4, thumb_abduction=7, thumb_mcp=-1.6, thumb_ip=-10,
+        thumb_rotation=104.4, thumb_abduction=7, thumb_mcp=-1.6, thumb_ip=-10, **_LEVEL,
     ),
     beyond=0.1,
 )  # fmt: skip
@@ -144,12 +144,12 @@ CLOSINGS: dict[str, Closing] = {
         open=posture(
             (40, 30, 10),
             ring_mcp=60, ring_pip=70, little_mcp=65, little_pip=75,
-            thumb_rotation=80, thumb_abduction=40,
+            thumb_rotation=80, thumb_abduction=40, **_LEVEL,
         ),
         shut=posture(
             (75, 45, 20),
             ring_mcp=80, ring_pip=85, little_mcp=82, little_pip=88,
-            thumb_rotation=95, thumb_abduction=25, thumb_mcp=15, thumb_ip=15,
+            thumb_rotation=95, thumb_abduction=25, thumb_mcp=15, thumb_ip=15, **_LEVEL,
         ),
         beyond=0.1,
     ),
@@ -158,13 +158,13 @@ CLOSINGS: dict[str, Closing] = {
             index_mcp=34.5, index_pip=23, index_dip=46, index_abduction=-4.4,
             middle_mcp=24, middle_pip=51, middle_dip=33,
             **_CURLED,
-            thumb_rotation=94.5, thumb_abduction=16, thumb_mcp=-10, thumb_ip=57,
+            thumb_rotation=94.5, thumb_abduction=16, thumb_mcp=-10, thumb_ip=57, **_LEVEL,
         ),
         shut=posture(
             index_mcp=54.5, index_pip=31, index_dip=46.7, index_abduction=-3.1,
             middle_mcp=43.7, middle_pip=57.6, middle_dip=33,
             **_CURLED,
-            thumb_rotation=97.7, thumb_abduction=2.8, thumb_mcp=-1.4, thumb_ip=-12.2,
+            thumb_rotation=97.7, thumb_abduction=2.8, thumb_mcp=-1.4, thumb_ip=-12.2, **_LEVEL,
         ),
         beyond=0.1,
     ),
@@ -188,12 +188,12 @@ CLOSINGS: dict[str, Closing] = {
         open=posture(
             (50, 12, 5),
             ring_mcp=60, ring_pip=70, little_mcp=65, little_pip=75,
-            thumb_rotation=85, thumb_abduction=45, wrist_flexion=15,
+            thumb_rotation=85, thumb_abduction=45, **_LEVEL,
         ),
         shut=posture(
             (75, 20, 10),
             ring_mcp=75, ring_pip=80, little_mcp=78, little_pip=85,
-            thumb_rotation=95, thumb_abduction=30, thumb_mcp=15, thumb_ip=15, wrist_flexion=15,
+            thumb_rotation=95, thumb_abduction=30, thumb_mcp=15, thumb_ip=15, **_LEVEL,
         ),
         squeeze=0.0,
     ),

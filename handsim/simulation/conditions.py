@@ -20,6 +20,7 @@ LIMITS: dict[str, tuple[float, float]] = {
 MAX_OFFSET = 3.2
 """Largest displacement [m] and turn [rad] of the object; half a turn and more."""
 
+
 @dataclass(frozen=True)
 class Conditions:
     """Hand, friction, mass and disturbances of one run.

@@ -1,8 +1,9 @@
-"""Place the finger pads of a posture in a subspace where a scripted grasp has them.
+"""Place the finger pads of a posture in a subspace around an object as a scripted grasp has them.
 
 A posture put through a few principal components keeps its shape roughly and its fingertips not at
-all. Choosing coordinates and palm pose together so that the pads come back to their places needs no
-physics and takes a fraction of a second.
+all. Coordinates, palm pose and squeeze are therefore fitted together, without physics: before the
+squeeze the pads should stand where the script has them, or somewhat wider; after it each pad that
+grasps should have gone beyond, so that the object stops it.
 """
 
 from dataclasses import dataclass
@@ -18,17 +19,26 @@ from handsim.joints import FINGERS, clip_to_range
 from handsim.learning.subspace import PostureSubspace
 from handsim.simulation.alignment import palm_pose
 from handsim.simulation.plan import GraspPlan, Pose
+from handsim.simulation.squeeze import squeeze_offset
 
 Array = npt.NDArray[np.float64]
 
-IDLE = 0.15
+IDLE = 0.05
 """Weight of fingers that the grasp does not use."""
-NORMAL_WEIGHT = 0.012
-"""What a unit error of a pad's direction counts for [m]: two thirds of a finger's thickness."""
-POSTURE_WEIGHT = 0.004
+PRESSED = 0.006
+"""How far beyond its place a squeezing pad should want to go [m]."""
+WEIGHTS = {"wider": 0.3, "narrower": 1.0, "pressed": 1.0, "approach": 0.6, "across": 0.25}
+"""Of distances along the opposition before the squeeze and missing ones after it, and of those along
+the approach and across both. A hand that arrives too narrow does not come around its object."""
+NORMAL = 0.006
+"""What a unit error of a pad's direction counts for [m]."""
+POSTURE = 0.003
 """What a radian between posture and recorded destination counts for [m]."""
-TURN_WEIGHT = 0.01
+TURN = 0.008
 """What a radian between palm and scripted palm counts for [m]."""
+SQUEEZE = 0.002
+"""What a unit between the factor on the squeeze and the script's counts for [m]."""
+SQUEEZE_RANGE = (0.3, 2.0)
 
 
 @dataclass(frozen=True)
@@ -38,32 +48,44 @@ class PadTargets:
     Attributes
     ----------
     pos, normal : (5, 3) [m], (5, 3)
+    outward : (5, 3)
+        Direction in which each pad leaves the object.
+    axes : (3, 3)
+        Rows: opposition, approach and across both.
     weight : (5,)
-    palm
-        Pose of the palm that goes with them.
+    plan
+        The script's.
+    grasp
+        What it grasps.
     """
 
     pos: Array
     normal: Array
+    outward: Array
+    axes: Array
     weight: Array
-    palm: Pose
+    plan: GraspPlan
+    grasp: Grasp
 
 
 @dataclass(frozen=True)
 class Placement:
-    """A posture in the subspace and a palm pose that put the pads near their targets.
+    """What puts the pads near their targets.
 
     Attributes
     ----------
     z : (n_components,) [rad]
     palm
         In the object frame.
+    squeeze
+        Factor on the squeeze layer.
     error
-        Root of the weighted mean square distance of the pads from their targets [m].
+        Root of the sum of squares of all that was weighed [m].
     """
 
     z: Array
     palm: Pose
+    squeeze: float
     error: float
 
 
@@ -72,11 +94,15 @@ def pad_targets(hand: HandModel, plan: GraspPlan, grasp: Grasp) -> PadTargets:
     pos, normal = _pads_in_palm(hand, plan.q_goal)
     turn = plan.palm.rotation
     used = [finger == "thumb" or finger in grasp.fingers for finger in FINGERS]
+    opposition, approach = np.array(grasp.opposition), np.array(grasp.approach)
     return PadTargets(
-        plan.palm.pos + turn.apply(pos),
-        turn.apply(normal),
-        np.where(used, 1.0, IDLE),
-        plan.palm,
+        pos=plan.palm.pos + turn.apply(pos),
+        normal=turn.apply(normal),
+        outward=np.outer([-1.0, 1.0, 1.0, 1.0, 1.0], opposition),
+        axes=np.stack([opposition, approach, np.cross(opposition, approach)]),
+        weight=np.sqrt(np.where(used, 1.0, IDLE)),
+        plan=plan,
+        grasp=grasp,
     )
 
 
@@ -87,40 +113,55 @@ def place(
     z_start: Array,
     box: tuple[Array, Array],
 ) -> Placement:
-    """Fit coordinates and palm pose to pad targets, beginning at ``z_start`` (n_components,).
+    """Fit coordinates, palm pose and squeeze, beginning at ``z_start`` (n_components,).
 
     ``box`` holds the least and greatest coordinates, each (n_components,) [rad].
     """
     n = len(z_start)
-    root = np.sqrt(targets.weight)[:, None]
+    plan, full = targets.plan, squeeze_offset(1.0, targets.grasp.fingers)
 
-    def palm_at(x: Array) -> Pose:
-        return targets.palm.moved(x[n : n + 3], Rotation.from_rotvec(x[n + 3 :]))
-
-    def misses(x: Array) -> tuple[Array, Array]:
-        pos, normal = _pads_in_palm(
-            hand, clip_to_range(subspace.inverse_transform(np.clip(x[:n], *box)))
-        )
-        palm = palm_at(x)
-        turn = palm.rotation
-        return palm.pos + turn.apply(pos) - targets.pos, turn.apply(normal) - targets.normal
+    def unpacked(x: Array) -> tuple[Array, Pose, float]:
+        palm = plan.palm.moved(x[n : n + 3], Rotation.from_rotvec(x[n + 3 : n + 6]))
+        return np.clip(x[:n], *box), palm, float(np.clip(plan.squeeze + x[n + 6], *SQUEEZE_RANGE))
 
     def residuals(x: Array) -> Array:
-        off, askew = misses(x)
+        z, palm, squeeze = unpacked(x)
+        before = clip_to_range(subspace.inverse_transform(z))
+        off_before, _ = _misses(hand, before, palm, targets)
+        off_after, askew = _misses(hand, clip_to_range(before + squeeze * full), palm, targets)
+        clearance = (off_before * targets.outward).sum(axis=1)
+        clearance = np.where(clearance > 0, WEIGHTS["wider"], WEIGHTS["narrower"]) * clearance
+        lacking = np.maximum((off_after * targets.outward).sum(axis=1) + PRESSED, 0.0)
+        aside = (off_before + off_after) / 2 @ targets.axes.T
+        weighed = np.stack(
+            [
+                clearance,
+                WEIGHTS["pressed"] * lacking,
+                WEIGHTS["approach"] * aside[:, 1],
+                WEIGHTS["across"] * aside[:, 2],
+                *(NORMAL * askew.T),
+            ]
+        )
         return np.concatenate(
             [
-                (root * off).ravel(),
-                (NORMAL_WEIGHT * root * askew).ravel(),
-                POSTURE_WEIGHT * (x[:n] - z_start),
-                TURN_WEIGHT * x[n + 3 :],
+                (targets.weight * weighed).ravel(),
+                POSTURE * (x[:n] - z_start),
+                TURN * x[n + 3 : n + 6],
+                SQUEEZE * x[n + 6 :],
             ]
         )
 
-    scale = np.concatenate([np.full(n, 0.3), np.full(3, 0.02), np.full(3, 0.2)])
-    start = np.concatenate([z_start, np.zeros(6)])
-    x = least_squares(residuals, start, x_scale=scale, max_nfev=25).x
-    squared = targets.weight @ (misses(x)[0] ** 2).sum(axis=1) / targets.weight.sum()
-    return Placement(np.clip(x[:n], *box), palm_at(x), float(np.sqrt(squared)))
+    scale = np.concatenate([np.full(n, 0.3), np.full(3, 0.02), np.full(3, 0.2), [0.5]])
+    start = np.concatenate([np.clip(z_start, *box), np.zeros(7)])
+    fit = least_squares(residuals, start, x_scale=scale, max_nfev=25)
+    return Placement(*unpacked(fit.x), error=float(np.linalg.norm(fit.fun)))
+
+
+def _misses(hand: HandModel, q: Array, palm: Pose, targets: PadTargets) -> tuple[Array, Array]:
+    """Return what is between pads and targets, in place and direction, each (5, 3)."""
+    pos, normal = _pads_in_palm(hand, q)
+    turn = palm.rotation
+    return palm.pos + turn.apply(pos) - targets.pos, turn.apply(normal) - targets.normal
 
 
 def _pads_in_palm(hand: HandModel, q: Array) -> tuple[Array, Array]:

@@ -37,7 +37,9 @@ N_PLACEMENTS = 3
 ARRIVALS = (0.6, 0.85)
 """Fractions of the reach at which the palm may be in place: a hand that opens little on its
 learned path has to be there sooner."""
-UNFAMILIAR = 0.004
+DISTINCT = np.deg2rad(5.0)
+"""Distance between placements' coordinates below which they are taken for the same [rad]."""
+UNFAMILIAR = 0.002
 """How much worse a placement from another task's destination counts [m]."""
 EDGE = 0.08
 """Share of the workspace along each component, at either end, where no destination is put: about
@@ -134,13 +136,21 @@ class _Search:
             placement = place(self.hand, subspace, targets, record.z_goal, self.box)
             familiar = 0.0 if record.task == self.task.name else UNFAMILIAR
             placed.append((placement.error + familiar, placement, record))
-        placed.sort(key=lambda each: each[0])
-        plans = []
-        for _, placement, record in placed[:N_PLACEMENTS]:
-            q_goal = clip_to_range(subspace.inverse_transform(placement.z))
-            q_start = clip_to_range(record.q_start)
-            plan = replace(self.scripted, palm=placement.palm, q_start=q_start, q_goal=q_goal)
+        plans, taken = [], []
+        for _, placement, record in sorted(placed, key=lambda each: each[0]):
+            if any(np.linalg.norm(placement.z - z) < DISTINCT for z in taken):
+                continue
+            taken.append(placement.z)
+            plan = replace(
+                self.scripted,
+                palm=placement.palm,
+                q_start=clip_to_range(record.q_start),
+                q_goal=clip_to_range(subspace.inverse_transform(placement.z)),
+                squeeze=placement.squeeze,
+            )
             plans += [replace(plan, arrive=arrive) for arrive in ARRIVALS]
+            if len(taken) == N_PLACEMENTS:
+                break
         return plans
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
