@@ -129,7 +129,7 @@ def _read(path: Path) -> "trimesh.Trimesh":
 
 def _check(mesh: "trimesh.Trimesh", path: Path) -> None:
     """Refuse what is not one solid, and turn it right side out."""
-    if mesh.vertices.shape[1:] != (3,) or len(mesh.faces) == 0:
+    if len(mesh.faces) == 0:
         raise FileError(f"{path}: holds no surface of triangles; export it again")
     if not np.isfinite(mesh.vertices).all():
         raise FileError(f"{path}: has vertices that are not finite numbers; export it again")
