@@ -42,6 +42,9 @@ TIP_TOLERANCE = 0.25
 OPENING_TOLERANCE = 0.10
 """How far the vector from thumb to finger may be off, / that length and the vector's together."""
 
+SETTLING = np.deg2rad(0.5)
+"""Change from posture to posture that is always allowed: a hand held still settles [rad]."""
+
 
 @dataclass(frozen=True)
 class Weights:
@@ -155,7 +158,7 @@ class Retargeter:
         self._unit = float(robot.reach.mean())
         self._near = self.weights.near * float(human_reach.mean())
 
-    def retarget(self, q: Array, max_step: float = np.inf) -> Retargeted:
+    def retarget(self, q: Array, max_gain: float = 3.0, max_step: float = np.inf) -> Retargeted:
         """Map a posture (22,) or a sequence of them (n, 22) [rad], glove order.
 
         Each posture of a sequence starts from the one before and is drawn to it.
@@ -164,8 +167,12 @@ class Retargeter:
         ----------
         q
             They may leave the human ranges, as gloves do.
+        max_gain
+            No coordinate changes from one posture to the next by more than this times the largest
+            change of a human joint, plus `SETTLING`: near singular postures small movements of
+            fingertips would ask for large ones of joints. Slides count in lengths of a finger.
         max_step
-            Largest change of a coordinate from one posture to the next [rad, m for slides].
+            Nor by more than this [rad, m for slides].
 
         Returns
         -------
@@ -175,21 +182,27 @@ class Retargeter:
         Raises
         ------
         InputError
-            If ``q`` has another shape or is not finite, or ``max_step`` is not positive.
+            If ``q`` has another shape or is not finite, or a limit is not positive.
         """
         postures = np.asarray(q, dtype=float)
         if postures.shape[-1:] != (N_JOINTS,) or postures.ndim > 2 or not len(postures):
             raise InputError(f"postures of shape {postures.shape}; give (22,) or (n, 22)")
         if not np.isfinite(postures).all():
             raise InputError("postures hold values that are not finite; give angles in radians")
-        if not max_step > 0:
-            raise InputError(f"largest step {max_step:g}; give a positive one")
-        x, errors = None, []
-        path = np.empty((len(np.atleast_2d(postures)), len(self.robot.lower)))
-        for i, posture in enumerate(np.atleast_2d(postures)):
+        if not (max_gain > 0 and max_step > 0):
+            raise InputError(f"gain {max_gain:g} and step {max_step:g}; give positive limits")
+        sequence = np.atleast_2d(postures)
+        changes = np.abs(np.diff(sequence, axis=0)).max(axis=1) + 1e-12  # times inf is inf
+        turn_or_slide = np.where(self.robot.slides, self._unit, 1.0)
+        path, errors = np.empty((len(sequence), len(self.robot.lower))), []
+        for i, posture in enumerate(sequence):
             fit = _Fit(self, posture)
-            x = path[i] = fit.first() if x is None else fit.after(x, max_step)
-            errors.append(fit.errors(x))
+            if i == 0:
+                path[i] = fit.first()
+            else:
+                step = (max_gain * changes[i - 1] + SETTLING) * turn_or_slide
+                path[i] = fit.after(path[i - 1], np.minimum(step, max_step))
+            errors.append(fit.errors(path[i]))
         tip, opening, excess = np.transpose(errors, (1, 0, 2))
         lead = postures.shape[:-1]
         matched, reason = _judge(tip, opening, excess, self.robot.fingers)
@@ -262,8 +275,8 @@ class _Fit:
         fits = [self._solve(np.clip(x, lower, upper), lower, upper) for x in starts]
         return min(fits, key=lambda fit: fit[1])[0]
 
-    def after(self, previous: Array, max_step: float) -> Array:
-        """Fit from the posture before, and no further from it than ``max_step``."""
+    def after(self, previous: Array, max_step: Array) -> Array:
+        """Fit from the posture before, and no further from it than ``max_step``, (m,)."""
         lower = np.maximum(self.robot.lower, previous - max_step)
         upper = np.minimum(self.robot.upper, previous + max_step)
         return self._solve(previous, lower, upper, previous)[0]

@@ -102,6 +102,8 @@ class RobotHand:
     lower, upper, reference : (m,)
         Range and reference value of each coordinate [rad, or m for slides]; without a range, half
         a turn (or 0.1 m) about the reference.
+    slides : (m,)
+        Which coordinates are slides.
     roots : (n, 3)
         Where the fingers begin, reference posture, palm frame [m].
     reach : (n,)
@@ -147,7 +149,9 @@ class RobotHand:
         led = {coupling.joint for coupling in self._couplings}
         self._free = np.array([i for i in range(len(joints)) if i not in led], dtype=int)
         self.reference: Array = self.model.qpos0[self._qpos][self._free]
-        self.lower, self.upper = self._ranges(np.array(joints)[self._free])
+        free = np.array(joints)[self._free]
+        self.slides = self.model.jnt_type[free] == _SLIDE
+        self.lower, self.upper = self._ranges(free)
         self.roots, self.reach = self._measure(own)
 
     def joint_positions(self, x: Array) -> Array:
@@ -281,7 +285,7 @@ class RobotHand:
     def _ranges(self, joints: Array) -> tuple[Array, Array]:
         """Return the ends of the coordinates' ranges, (m,) each."""
         model = self.model
-        half = np.where(model.jnt_type[joints] == _HINGE, np.pi, 0.1)
+        half = np.where(self.slides, 0.1, np.pi)
         limited = model.jnt_limited[joints].astype(bool)
         lower = np.where(limited, model.jnt_range[joints, 0], self.reference - half)
         upper = np.where(limited, model.jnt_range[joints, 1], self.reference + half)

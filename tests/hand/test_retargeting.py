@@ -11,6 +11,7 @@ from handsim.hand.model import build_hand
 from handsim.hand.postures import POSTURES
 from handsim.hand.retargeting import (
     OPENING_TOLERANCE,
+    SETTLING,
     TIP_TOLERANCE,
     Retargeter,
     Weights,
@@ -66,7 +67,7 @@ def test_the_same_kinematics_follow_a_recording(reach):
     retargeter = Retargeter(human_hand(*SMALLER))
     result = retargeter.retarget(reach)
     given = reach[:, [JOINT_INDEX[joint] for joint in result.joint_names]]
-    assert np.sqrt(np.mean((result.positions - given) ** 2)) < np.deg2rad(0.5)
+    assert np.sqrt(np.mean((result.positions - given) ** 2)) < np.deg2rad(1)
     assert result.opening_error.max() < 2e-4
     assert result.matched.all()
 
@@ -80,7 +81,7 @@ def test_four_finger_hand_makes_a_recorded_reach(robot, reach):
     assert np.all(result.positions <= robot.upper)
     assert result.matched.all(), result.reason
     assert np.all(result.opening_error[:, 0] == 0), "the thumb against itself"
-    assert result.opening_error[-1].max() < 0.008, "at the grasp"
+    assert result.opening_error[-1].max() < 0.1 * robot.reach.mean(), "at the grasp"
     assert result.tip_error.max() < TIP_TOLERANCE * robot.reach.mean()
     assert np.ptp(result.positions, axis=0).max() > np.deg2rad(30), "it moves"
 
@@ -94,16 +95,34 @@ def test_errors_are_those_of_the_positions_returned(robot, reach):
     assert np.allclose(result.opening_error, np.linalg.norm(tips - tips[0] - openings, axis=1))
 
 
-def test_no_jumps_in_a_sequence(robot, reach):
-    """Halving the time between postures halves the steps, as it does of a continuous path."""
+def closing(n: int) -> np.ndarray:
+    """From rest over a wide opening to a pinch, at constant speed, (n, 22) [rad]."""
+    wide = 0.6 * POSTURES["rest"]
+    wide[[JOINT_INDEX["thumb_rotation"], JOINT_INDEX["thumb_abduction"]]] = np.deg2rad([85, 45])
+    corners = np.array([POSTURES["rest"], wide, POSTURES["pinch"]])
+    part = np.linspace(0, 1, n)
+    return np.transpose([np.interp(part, [0, 0.5, 1], joint) for joint in corners.T])
+
+
+def test_no_jumps_on_a_continuous_path(robot):
+    """Halving the time between postures halves the steps, without any limit on them."""
     retargeter = Retargeter(robot)
-    line = np.linspace(0, 1, 25)[:, None] * (reach[-1] - reach[0]) + reach[0]
-    coarse, fine = retargeter.retarget(line[::2]), retargeter.retarget(line)
+    coarse, fine = (retargeter.retarget(closing(n), max_gain=np.inf) for n in (31, 61))
     steps = [np.abs(np.diff(result.positions, axis=0)).max() for result in (coarse, fine)]
     assert steps[1] < 0.65 * steps[0]
-    moved = retargeter.retarget(reach)
-    largest = np.abs(np.diff(reach, axis=0)).max()
-    assert np.abs(np.diff(moved.positions, axis=0)).max() < 4 * largest
+    assert np.allclose(coarse.positions[-1], fine.positions[-1], atol=np.deg2rad(4)), "a lag"
+    assert fine.matched.all(), fine.reason
+
+
+def test_joints_move_at_most_so_much_faster_than_the_persons(robot, reach):
+    q = np.vstack([reach, np.repeat(reach[-1:], 30, axis=0)])
+    changes = np.abs(np.diff(q, axis=0)).max(axis=1)
+    free, kept = (Retargeter(robot).retarget(q, max_gain=gain) for gain in (np.inf, 1.5))
+    moved = [np.abs(np.diff(result.positions, axis=0)).max(axis=1) for result in (free, kept)]
+    limit = 1.5 * changes + SETTLING
+    assert np.all(moved[1] <= limit + 1e-9)
+    assert np.any(moved[0] > limit + np.deg2rad(1)), "it is what limits"
+    assert np.allclose(kept.positions[-1], free.positions[-1], atol=np.deg2rad(2)), "it settles"
 
 
 def test_largest_step_is_kept(robot, reach):
@@ -112,6 +131,25 @@ def test_largest_step_is_kept(robot, reach):
     moved = np.abs(np.diff(result.positions, axis=0))
     assert moved.max() <= step + 1e-9
     assert moved.max() > 0.99 * step, "it is what limits"
+
+
+def test_slides_are_held_back_by_lengths_of_a_finger():
+    """A finger that only slides in and out, 0.1 m long; the person's bends by 6 deg."""
+    spec = mujoco.MjSpec.from_string("""<mujoco><worldbody><body name="palm"><geom size=".01"/>
+      <body name="slider" pos=".1 0 0"><joint type="slide" axis="1 0 0" range="-.1 .1"/>
+      <geom size=".01"/><site name="tip" pos=".1 0 0"/></body></body></worldbody></mujoco>""")
+    retargeter = Retargeter(RobotHand(spec, "palm", {"index": "tip"}))
+    bent = np.zeros((2, 22))
+    bent[1, JOINT_INDEX["index_mcp"]] = np.deg2rad(60)
+    moved = np.abs(np.diff(retargeter.retarget(bent, max_gain=0.1).positions[:, 0]))
+    assert moved == pytest.approx((np.deg2rad(6) + SETTLING) * 0.1, rel=1e-3)
+
+
+def test_each_posture_is_drawn_to_the_one_before(robot):
+    postures = np.array([POSTURES["rest"], POSTURES["pinch"]])
+    stiff = Retargeter(robot, weights=Weights(previous=100.0)).retarget(postures)
+    assert np.ptp(stiff.positions, axis=0).max() < np.deg2rad(0.1)
+    assert np.ptp(Retargeter(robot).retarget(postures).positions, axis=0).max() > np.deg2rad(20)
 
 
 def test_what_touches_in_the_human_hand_touches_in_the_robots(robot):
@@ -254,6 +292,8 @@ def test_bad_input_names_what_is_wrong(robot):
         retargeter.retarget(np.full(22, np.nan))
     with pytest.raises(InputError, match="step 0"):
         retargeter.retarget(np.zeros(22), max_step=0.0)
+    with pytest.raises(InputError, match="gain -1"):
+        retargeter.retarget(np.zeros(22), max_gain=-1.0)
     with pytest.raises(InputError, match="opening scale"):
         Retargeter(robot, opening_scale=-1.0)
     with pytest.raises(InputError, match="hand length"):

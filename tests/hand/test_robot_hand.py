@@ -3,6 +3,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.hand.anthropometry import LENGTHS, hand_geometry
@@ -121,6 +122,10 @@ def test_fingertips_stay_in_the_palms_frame_wherever_the_hand_is():
     x = 0.3 * robot.lower + 0.7 * robot.upper
     assert np.allclose(moved.forward(x).points, robot.forward(x).points, atol=1e-12)
     assert np.allclose(moved.roots, robot.roots, atol=1e-12)
+    pos, axes = moved.palm_pose()
+    assert np.allclose(pos, [0.3, -0.2, 0.5])
+    turn = Rotation.from_quat([0.5, 0.5, -0.5, 0.5], scalar_first=True)
+    assert np.allclose(axes, turn.as_matrix() @ np.diag([1, -1, -1]))
 
 
 def test_palm_that_moves_with_the_fingers_is_the_frame_all_the_same():
@@ -174,6 +179,16 @@ def test_offset_and_turn_of_a_frame_are_within_the_site_or_body():
     assert np.allclose(turned.forward(x).points[0], (point - [0.01, 0.02, 0.03]) * [1, -1, -1])
     assert direction[1] == pytest.approx(0, abs=1e-12)
     assert np.allclose(turned.forward(x).directions[0], [0, -1, 0], atol=1e-12)
+
+
+def test_joints_without_a_range_get_a_wide_one():
+    robot = finger(SLIDE, end="third")
+    assert robot.slides.tolist() == [False, False, True]
+    assert np.allclose([robot.lower[2], robot.upper[2]], [-0.1, 0.1])
+    spec = mujoco.MjSpec.from_string(FINGER.format(more="", equality=""))
+    spec.joint("middle").limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    free = RobotHand(spec, "palm", {"index": "second"})
+    assert np.allclose([free.lower[1], free.upper[1]], [-np.pi, np.pi])
 
 
 def test_order_of_fingers_is_thumb_first_however_they_are_given():
