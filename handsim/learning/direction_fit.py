@@ -102,8 +102,8 @@ class DirectionLearner:
     descent, margin
         Weight of the descent condition and the distance kept from its limit.
     certified
-        Hold the descent condition as a constraint, so that `certificate.certify` proves it for
-        the box of all destinations.
+        Hold the descent condition as a constraint, for all destinations inside the closing layer
+        of the workspace, so that `certificate.certify` proves convergence to any of them.
     n_refinements
         Rounds of roll-outs after the first fit.
     n_iterations
@@ -194,7 +194,7 @@ class DirectionLearner:
         self.cost_start_, self.cost_end_ = cost_start, cost_end
         self.n_iterations_ = len(log)
         self.n_coefficients_ = basis.n_coefficients
-        self.history_ = History(*(np.array(column) for column in zip(*log, strict=True)))
+        self.history_ = History(*np.array(log).reshape(-1, 3).T)
         self.seconds_ = perf_counter() - began
         if progress:
             progress(1.0)
@@ -228,10 +228,12 @@ class _Problem:
         self.penalty = learner.smoothness * second_differences(basis.shape)
         self.penalty += learner.ridge * sparse.eye_array(basis.n_coefficients)
         self.flat = ExponentialObstacle(TensorBSpline(basis, np.zeros(basis.shape)), width)
+        # A certified field leads to every destination inside the closing layer.
+        inner = np.array([basis.lower + width, basis.upper - width])
         self.descent = DescentCondition(
             basis,
-            box_corners(self.goals) if self.certified else self.goals,
-            rng.uniform(basis.lower, basis.upper, (_N_DESCENT, len(width))),
+            box_corners(inner) if self.certified else self.goals,
+            rng.uniform(basis.lower, basis.upper, (_n_descent(basis), len(width))),
             2.0 - learner.margin,
             learner.descent,
         )
@@ -354,6 +356,12 @@ def rolled_out_samples(rollouts: list[FlowPath], paths: list[Array]) -> Samples:
         wanted.append(_unit(ahead[use]))
         goals.append(np.broadcast_to(path[-1], here[use].shape))
     return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
+
+
+def _n_descent(basis: TensorBasis) -> int:
+    """Points for the descent condition, fewer where each touches very many coefficients."""
+    n = len(basis.shape)
+    return min(_N_DESCENT, 2_000_000 // (n * (basis.degree + 1) ** n))
 
 
 def second_differences(shape: tuple[int, ...]) -> sparse.csr_array:

@@ -18,7 +18,7 @@ KnotRule = Literal["variance", "deviation", "gentle", "equal"]
 
 # Coefficients by number of dimensions: what a fit of seconds can carry.
 _BUDGET = {1: 20, 2: 200, 3: 1700, 4: 4000, 5: 8000}
-_CLOSING = 0.75  # thickness of the closing layer, in cells: the recordings stay clear of it
+_CLOSING = 0.3  # thickness of the closing layer, in cells: the recordings stay clear of it
 
 
 def knot_counts(
@@ -69,7 +69,7 @@ def lay_basis(
     degree: int = 3,
     rule: KnotRule = "gentle",
     budget: int | None = None,
-    reach: float = 1.5,
+    reach: float = 1.2,
 ) -> tuple[TensorBasis, Array]:
     """Lay uniform knots on a box that reaches beyond the recordings.
 
@@ -88,7 +88,7 @@ def lay_basis(
     -------
     basis
     width : (n,) [rad]
-        Thickness of the layer in which beta_0 falls to zero, 0.75 cells: clear of all recordings.
+        Thickness of the layer in which beta_0 falls to zero, 0.3 cells: clear of all recordings.
 
     Raises
     ------

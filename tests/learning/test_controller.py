@@ -1,0 +1,238 @@
+"""The controller, whichever learner made it: one contract; files; postures; bad input."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from handsim.errors import FileError, InputError, UnknownNameError
+from handsim.files import read_archive, write_archive
+from handsim.joints import LOWER, UPPER
+from handsim.learning.bspline import TensorBSpline
+from handsim.learning.controller import GraspController
+from handsim.learning.learn import METHODS, Method, learn_controller
+from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
+from handsim.learning.paths import path_error
+from handsim.motion.recording import Recording, RecordingSet
+
+SUMMARY = {
+    "method", "n_recordings", "n_components", "variance_explained", "n_coefficients", "iterations",
+    "seconds", "cost_start", "cost_end",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=METHODS)
+def learned(request: pytest.FixtureRequest, recordings: RecordingSet) -> tuple:
+    method: Method = request.param
+    # One object, and for the paper's learner one trial: what each can do.
+    some = RecordingSet(recordings.recordings[3 : 4 if method == "pde" else 6])
+    return learn_controller(some, method=method)
+
+
+def test_learning_contract(learned: tuple) -> None:
+    controller, summary = learned
+    assert set(summary) >= SUMMARY
+    assert summary["n_recordings"] == len(controller.demonstrations) in (1, 3)
+    assert summary["n_components"] == controller.navigation.n_dimensions == 3
+    assert 0.9 < summary["variance_explained"] <= 1
+    assert summary["cost_end"] < summary["cost_start"]
+    assert summary["iterations"] > 0 and summary["seconds"] > 0
+
+
+def test_controller_contract(learned: tuple) -> None:
+    controller = learned.controller
+    for demonstration in controller.demonstrations:
+        z, goal = demonstration.z_start, demonstration.z_goal
+        phi, gradient = controller.navigation.value_and_gradient(z, goal)
+        assert 0 < phi < 1
+        np.testing.assert_allclose(controller.velocity(z, goal), -gradient)
+        direction = controller.direction(z, goal)
+        np.testing.assert_allclose(direction, -gradient / np.linalg.norm(gradient), atol=1e-9)
+        np.testing.assert_array_equal(controller.velocity(goal, goal), np.zeros(3))
+        path = controller.path(z, goal)
+        assert path.arrived
+        np.testing.assert_array_equal(path.points[[0, -1]], [z, goal])
+
+
+def test_saved_and_loaded_it_is_the_same(learned: tuple, tmp_path: Path) -> None:
+    controller = learned.controller
+    controller.save(tmp_path / "c.npz")
+    loaded = GraspController.load(tmp_path / "c.npz")
+    assert loaded.digest == controller.digest
+    assert loaded.method == controller.method
+    one, other = controller.demonstrations[-1], loaded.demonstrations[-1]
+    assert (one.name, one.task, one.object, one.duration) == (
+        other.name, other.task, other.object, other.duration
+    )  # fmt: skip
+    for name in ("q_start", "q_goal", "z_start", "z_goal"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    sequence = loaded.postures(one.q_start, one.q_goal)
+    np.testing.assert_array_equal(sequence.q, controller.postures(one.q_start, one.q_goal).q)
+    controller.save(tmp_path / "d.npz")
+    assert (tmp_path / "c.npz").read_bytes() == (tmp_path / "d.npz").read_bytes()
+
+
+def test_digests_tell_controllers_apart(learned: tuple) -> None:
+    controller = learned.controller
+    faster = NavigationFunction(controller.navigation.obstacle, controller.navigation.k + 1)
+    changed = GraspController(controller.subspace, faster, controller.demonstrations)
+    assert changed.digest != controller.digest
+
+
+@pytest.mark.parametrize("time_law", ["natural", "gradient"])
+def test_postures_follow_the_path_in_time(learned: tuple, time_law: str) -> None:
+    controller = learned.controller
+    one = controller.demonstrations[0]
+    sequence = controller.postures(
+        one.q_start, one.q_goal, time_law=time_law, duration=1.5, rate=200.0
+    )
+    assert sequence.arrived and sequence.reason == "arrived"
+    np.testing.assert_allclose(sequence.time, np.arange(301) / 200)
+    assert ((sequence.q >= LOWER) & (sequence.q <= UPPER)).all()
+    lifted = controller.subspace.inverse_transform(one.z_start)
+    np.testing.assert_allclose(sequence.q[0], np.clip(lifted, LOWER, UPPER), atol=1e-12)
+    # Same path, whatever the time law; clipping is too slight to matter here.
+    z = controller.subspace.transform(sequence.q)
+    path = controller.path(one.z_start, one.z_goal).points
+    assert path_error(z, path) < np.deg2rad(2.0)
+    speed = np.linalg.norm(np.diff(z, axis=0), axis=1)
+    if time_law == "natural":  # bell-shaped
+        assert speed[:5].max() < 0.1 * speed.max() and speed[-5:].max() < 0.1 * speed.max()
+        assert 100 < np.argmax(speed) < 200
+    else:  # falling towards the destination
+        assert speed[-20:].max() < 0.3 * speed.max()
+
+
+def test_gradient_law_has_the_speeds_of_phi(learned: tuple) -> None:
+    controller = learned.controller
+    one = controller.demonstrations[0]
+    sequence = controller.postures(one.q_start, one.q_goal, time_law="gradient", rate=500.0)
+    z = controller.subspace.transform(sequence.q)
+    inside = ((sequence.q > LOWER) & (sequence.q < UPPER)).all(axis=1)
+    middle = np.arange(len(z) // 10, len(z) // 2)
+    middle = middle[inside[middle] & inside[middle + 1]]
+    assert len(middle) > 20
+    speed = np.linalg.norm(z[middle + 1] - z[middle], axis=1) * 500
+    field = [np.linalg.norm(controller.velocity(x, one.z_goal)) for x in z[middle]]
+    scale = speed / np.array(field)  # one time scale for all
+    assert scale.std() / scale.mean() < 0.1
+
+
+def test_durations_default_to_the_recorded(learned: tuple) -> None:
+    controller = learned.controller
+    one = controller.demonstrations[0]
+    sequence = controller.postures(one.q_start, z_goal=one.z_goal)
+    assert sequence.time[-1] == pytest.approx(controller.median_duration, abs=0.01)
+    assert controller.median_duration == pytest.approx(79 / 50)
+
+
+def test_closed_loop_from_a_push(learned: tuple) -> None:
+    controller = learned.controller
+    if controller.method != "direction":
+        pytest.skip("the paper's field is only known to lead back from near the recordings")
+    one = controller.demonstrations[0]
+    timing = controller.timing(one.z_start, one.z_goal, 1.5)
+    z, push = one.z_start.copy(), np.deg2rad(20.0) * np.array([0.6, -0.8, 0.0])
+    for i in range(170):
+        z = z + (push if i == 60 else 0.0) + 0.01 * timing.velocity(z, 0.01 * i)
+    assert np.linalg.norm(z - one.z_goal) < np.deg2rad(2.0)
+
+
+def test_demonstrations_are_found_by_name_and_task(learned: tuple) -> None:
+    controller = learned.controller
+    last = controller.demonstrations[-1].name
+    assert controller.demonstration(last).name == last
+    assert controller.demonstration("object-1-grasp").name == "object-1-0"
+    with pytest.raises(UnknownNameError, match="object-1"):
+        controller.demonstration("objekt-1")
+
+
+def test_bad_input(learned: tuple) -> None:
+    controller = learned.controller
+    one = controller.demonstrations[0]
+    for arguments, words in (
+        ({}, "one destination"),
+        ({"q_goal": one.q_goal, "z_goal": one.z_goal}, "one destination"),
+        ({"q_goal": one.q_goal[:5]}, "22 angles"),
+        ({"z_goal": np.array([50.0, 0.0, 0.0])}, "outside the workspace"),
+        ({"z_goal": np.array([np.nan, 0.0, 0.0])}, "finite"),
+        ({"q_goal": one.q_goal, "duration": -1.0}, "seconds"),
+        ({"q_goal": one.q_goal, "rate": 0.0}, "rate"),
+        ({"q_goal": one.q_goal, "time_law": "linear"}, "time law"),
+    ):
+        with pytest.raises(InputError, match=words):
+            controller.postures(one.q_start, **arguments)
+    with pytest.raises(InputError, match="start of shape"):
+        controller.path(one.z_start[:1], one.z_goal)
+
+
+def test_a_trap_is_a_result_with_a_reason(learned: tuple) -> None:
+    """A wall of low beta across the way: the sequence ends where the flow does."""
+    controller = learned.controller
+    if controller.method != "direction":
+        pytest.skip("the trap is planted in an exponential obstacle")
+    obstacle = controller.navigation.obstacle
+    one = controller.demonstrations[0]
+    basis = obstacle.chi.basis
+    axes = [
+        np.array([knots[i + 1 : i + 4].mean() for i in range(m)])
+        for knots, m in zip(basis.knots, basis.shape, strict=True)
+    ]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    middle = 0.5 * (one.z_start + one.z_goal)
+    hill = 30.0 * np.exp(-np.sum((grid - middle) ** 2, axis=-1) / 0.3**2)
+    planted = ExponentialObstacle(TensorBSpline(basis, hill), obstacle.width)
+    trapped = GraspController(
+        controller.subspace, NavigationFunction(planted, 4.0), controller.demonstrations
+    )
+    sequence = trapped.postures(one.q_start, one.q_goal)
+    assert not sequence.arrived and sequence.reason == "stuck"
+
+
+def test_damaged_and_foreign_files(learned: tuple, tmp_path: Path) -> None:
+    path = tmp_path / "c.npz"
+    learned.controller.save(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(FileError, match="cut off"):
+        GraspController.load(path)
+    with pytest.raises(FileError, match="no such file"):
+        GraspController.load(tmp_path / "absent.npz")
+    path.write_bytes(whole)
+    metadata, arrays = read_archive(path, "controller", 1)
+    metadata = {k: v for k, v in metadata.items() if k not in ("kind", "schema")}
+    for kind, schema, lost, words in (
+        ("rollout", 1, "", "not a controller"),
+        ("controller", 99, "", "schema 99"),
+        ("controller", 1, "coefficients", "coefficients"),
+        ("controller", 1, "z_goal", "z_goal"),
+    ):
+        kept = {name: array for name, array in arrays.items() if name != lost}
+        write_archive(path, kind, schema, metadata, kept)
+        with pytest.raises(FileError, match=words):
+            GraspController.load(path)
+
+
+def test_what_cannot_be_learned(recordings: RecordingSet) -> None:
+    with pytest.raises(UnknownNameError, match="direction"):
+        learn_controller(recordings, method="directions")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="1 to 5"):
+        learn_controller(recordings, n_components=6)
+    with pytest.raises(InputError, match="2 or more"):
+        learn_controller(recordings, k=1.0)
+    with pytest.raises(InputError, match="cannot be certified"):
+        learn_controller(recordings, method="pde", certified=True)
+    still = recordings[0]
+    frozen = Recording("a", still.time, np.tile(still.q[0], (80, 1)), 1, "", "", "", 0.19, 0.085)
+    with pytest.raises(InputError, match="vary in 0 directions"):
+        learn_controller(RecordingSet((frozen,)))
+
+
+def test_identical_recordings_are_learned_as_one(recordings: RecordingSet) -> None:
+    one = recordings[0]
+    twins = tuple(
+        Recording(name, one.time, one.q, i, "", "", "t", 0.19, 0.085)
+        for i, name in enumerate(("a", "b"))
+    )
+    controller = learn_controller(RecordingSet(twins), n_components=2).controller
+    assert controller.postures(one.q[0], one.q[-1]).arrived
