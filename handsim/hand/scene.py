@@ -25,11 +25,12 @@ HAND_FRICTION_RANGE = (0.05, 3.0)
 TABLE_TOP = (1.1, 0.9, 0.03)
 """Sides of the table's top [m]; what stands beside it is caught all the same."""
 
-# Camera positions and what they look at [m]: about 0.45 m of scene from top to bottom.
+# Camera positions and what they look at [m]: about 0.5 m of scene from top to bottom, with room
+# for what is lifted.
 _CAMERAS = {
-    "view": ((0.46, 0.46, 0.36), (-0.02, -0.02, 0.08)),
-    "front": ((0.72, 0.0, 0.26), (0.0, 0.0, 0.09)),
-    "side": ((-0.02, 0.74, 0.22), (-0.02, 0.0, 0.09)),
+    "view": ((0.50, 0.50, 0.38), (-0.02, -0.02, 0.13)),
+    "front": ((0.84, 0.0, 0.30), (0.0, 0.0, 0.13)),
+    "side": ((-0.04, 0.84, 0.26), (-0.04, 0.0, 0.13)),
     "top": ((-0.001, 0.0, 0.80), (0.0, 0.0, 0.05)),
 }
 _FIELD_OF_VIEW = 36.0
