@@ -28,8 +28,9 @@ IDLE = 0.05
 PRESSED = 0.006
 """How far beyond its place a squeezing pad should want to go [m]."""
 WEIGHTS = {"wider": 0.3, "narrower": 1.0, "pressed": 1.0, "approach": 0.6, "across": 0.25}
-"""Of distances along the opposition before the squeeze and missing ones after it, and of those along
-the approach and across both. A hand that arrives too narrow does not come around its object."""
+"""Of distances along the opposition before the squeeze and missing ones after it, and of those
+along the approach and across both. A hand that arrives too narrow does not come around its
+object."""
 NORMAL = 0.006
 """What a unit error of a pad's direction counts for [m]."""
 POSTURE = 0.003

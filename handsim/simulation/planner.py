@@ -29,7 +29,7 @@ from handsim.simulation.search import cost_of, mean_cost, minimise, shortened, t
 
 Array = npt.NDArray[np.float64]
 
-GENERATIONS = 10
+GENERATIONS = 14
 N_PERTURBED = 2
 """Perturbed tries of every plan whose nominal try holds."""
 N_PLACEMENTS = 3
@@ -46,8 +46,15 @@ EDGE = 0.08
 the layer in which beta falls to zero."""
 NO_WAY = 10.0
 """Cost of a destination that the navigation function cannot lead to."""
-STEPS = {"z": np.deg2rad(8.0), "shift": 0.008, "turn": np.deg2rad(7.0), "squeeze": 0.25}
-"""Initial spreads of the search: components and turn [rad], shift [m], squeeze."""
+STEPS = {
+    "z": np.deg2rad(8.0),
+    "shift": 0.008,
+    "turn": np.deg2rad(7.0),
+    "squeeze": 0.25,
+    "arrive": 0.08,
+}
+"""Initial spreads of the search: components and turn [rad], shift [m], squeeze, arrival."""
+ARRIVAL_RANGE = (0.4, 0.95)
 
 
 def replayed_plan(controller: GraspController, stage: Stage, hand: HandModel) -> GraspPlan:
@@ -122,7 +129,7 @@ class _Search:
         size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
         self.hand = HandModel.from_spec(build_hand(*size))
         self.scripted, _ = plan_for(self.task, self.hand, side=conditions.side)
-        self.size = len(controller.subspace.components_) + 7
+        self.size = len(controller.subspace.components_) + 8
         low, high = controller.navigation.obstacle.lower, controller.navigation.obstacle.upper
         margin = EDGE * (high - low)
         self.box = (low + margin, high - margin)
@@ -164,6 +171,7 @@ class _Search:
             palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
             q_goal=clip_to_range(subspace.inverse_transform(z)),
             squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
+            arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
         )
 
     def cost(self, plan: GraspPlan) -> float:

@@ -1,0 +1,125 @@
+"""The six-axis test of a grasp: forces from six sides, after the DexGraspBench protocol.
+
+A grasp is taken as it is after the squeeze. Gravity, table and the other hand vanish, the object
+weighs 100 g, and a force of 10 m/s^2 times its mass pulls it along each axis of the world for 2 s.
+The protocol has no gravity from the beginning; here the object lies on the table until then.
+
+References
+----------
+J. Chen et al. (2024), DexGraspBench: https://github.com/JYChen18/DexGraspBench
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from handsim.simulation.rollout import Rollout
+from handsim.simulation.trials import MAX_PENETRATION
+
+Array = npt.NDArray[np.float64]
+
+MASS = 0.1
+"""Of the object [kg]."""
+ACCELERATION = 10.0
+"""Force on the object over its mass [m/s^2]."""
+DURATION, TIMESTEP = 2.0, 0.004
+"""Of each pull, and of the simulation [s]."""
+FRICTION = (0.6, 0.02)
+"""Tangential and torsional [m]."""
+MAX_SHIFT, MAX_TURN_DEG = 0.05, 15.0
+"""What the object may move [m] and turn."""
+DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
+
+
+@dataclass(frozen=True)
+class SixAxisOutcome:
+    """How a grasp resisted six pulls.
+
+    Attributes
+    ----------
+    success
+    shift_m, turn_deg : six floats
+        Largest displacement and turn of the object in each pull, +x +y +z -x -y -z.
+    penetration_m
+        Deepest overlap of hand and object in any.
+    """
+
+    success: bool
+    shift_m: tuple[float, ...]
+    turn_deg: tuple[float, ...]
+    penetration_m: float
+
+
+def six_axis(rollout: Rollout, *, hard: bool = False) -> SixAxisOutcome:
+    """Pull at the object of a grasp from six sides.
+
+    Parameters
+    ----------
+    rollout
+        Of any task; its state after the squeeze is taken.
+    hard
+        With MuJoCo's own contact settings (impratio 1, no noslip iterations), which let things
+        creep.
+    """
+    model = _protocol_model(rollout, hard)
+    data = mujoco.MjData(model)
+    acting = next(phase.start for phase in rollout.phases if phase.name == "action")
+    start = min(int(np.searchsorted(rollout.time, acting)), len(rollout.time) - 1)
+    pulls = [_pull(model, data, rollout, start, direction) for direction in DIRECTIONS]
+    shift, turn, depth = (tuple(values) for values in zip(*pulls, strict=True))
+    held = max(shift) < MAX_SHIFT and max(turn) < MAX_TURN_DEG and max(depth) <= MAX_PENETRATION
+    return SixAxisOutcome(held, shift, turn, max(depth))
+
+
+def _protocol_model(rollout: Rollout, hard: bool) -> mujoco.MjModel:
+    model = rollout.model()
+    model.opt.gravity[:] = 0.0
+    model.opt.timestep = TIMESTEP
+    model.opt.noslip_iterations = 0 if hard else 2
+    model.opt.impratio = 1.0 if hard else 10.0
+    table = model.geom("table").id
+    model.geom_contype[table] = model.geom_conaffinity[table] = 0
+    hand = model.body_rootid[model.body("forearm").id]
+    model.geom_friction[model.body_rootid[model.geom_bodyid] == hand, :2] = FRICTION
+    of_object = model.body_rootid == model.body("object").id
+    scale = MASS / model.body_mass[of_object].sum()
+    model.body_mass[of_object] *= scale
+    model.body_inertia[of_object] *= scale
+    for index in range(model.neq):
+        if model.equality(index).name == "object_held":
+            model.eq_active0[index] = False
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    return model
+
+
+def _pull(
+    model: mujoco.MjModel, data: mujoco.MjData, rollout: Rollout, start: int, direction: Array
+) -> tuple[float, float, float]:
+    """Return the largest displacement [m], turn [deg] and overlap [m] in one pull."""
+    mujoco.mj_resetData(model, data)
+    data.qpos[:], data.ctrl[:] = rollout.qpos[start], rollout.ctrl[start]
+    data.mocap_pos[:], data.mocap_quat[:] = rollout.mocap_pos[start], rollout.mocap_quat[start]
+    mujoco.mj_forward(model, data)
+    thing = model.body("object").id
+    pos, quat = data.xpos[thing].copy(), data.xquat[thing].copy()
+    data.xfrc_applied[thing, :3] = ACCELERATION * MASS * direction
+    shift = turn = depth = 0.0
+    for _ in range(round(DURATION / TIMESTEP)):
+        mujoco.mj_step(model, data)
+        shift = max(shift, float(np.linalg.norm(data.xpos[thing] - pos)))
+        turn = max(turn, float(2 * np.arccos(min(1.0, abs(float(data.xquat[thing] @ quat))))))
+        depth = max(depth, _overlap(model, data, thing))
+        if shift >= MAX_SHIFT:  # lost
+            break
+    return shift, float(np.rad2deg(turn)), depth
+
+
+def _overlap(model: mujoco.MjModel, data: mujoco.MjData, thing: int) -> float:
+    """Return the deepest contact of the object [m]."""
+    if data.ncon == 0:
+        return 0.0
+    root = model.body_rootid[model.geom_bodyid[data.contact.geom]]
+    touching = (root == thing).any(axis=1)
+    return float(max(0.0, -data.contact.dist[touching].min())) if touching.any() else 0.0
