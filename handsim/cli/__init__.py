@@ -9,7 +9,7 @@ from typing import NoReturn
 
 import typer
 
-from handsim.cli import grasping, hand, learning, machine, recordings, reporting, seeing
+from handsim.cli import baseline, grasping, hand, learning, machine, recordings, reporting, seeing
 from handsim.errors import HandsimError
 
 app = typer.Typer(
@@ -23,6 +23,9 @@ app.add_typer(hand.app, name="hand", help="Build hand models.", no_args_is_help=
 app.add_typer(
     recordings.app, name="recordings", help="Import and inspect recordings.", no_args_is_help=True
 )
+app.add_typer(
+    baseline.app, name="baseline", help="Notice what a change did.", no_args_is_help=True
+)
 for command in (
     machine.doctor,
     learning.learn,
@@ -33,6 +36,7 @@ for command in (
     seeing.render,
     seeing.figures,
     reporting.report,
+    reporting.view,
 ):
     app.command()(command)
 

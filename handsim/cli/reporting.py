@@ -1,4 +1,4 @@
-"""`handsim report`: everything about a controller on one page."""
+"""`handsim report` and `view`: everything about a controller on one page, and live."""
 
 import shlex
 import sys
@@ -19,6 +19,8 @@ from handsim.cli.console import (
 
 if TYPE_CHECKING:
     from handsim.learning.controller import GraspController
+    from handsim.simulation.conditions import Conditions
+    from handsim.simulation.plan import GraspPlan
     from handsim.simulation.rollout import Rollout
 
 
@@ -50,6 +52,50 @@ def report(
     with fraction_done("drawing") as drawn:
         write_report(output, learned, recordings, grasps, _commands(learned, folder), drawn)
     note(f"wrote {output}: {output.stat().st_size / 2**20:.1f} MB, {len(grasps)} grasps")
+
+
+def view(
+    controller: ControllerFile = None,
+    task: Annotated[str | None, typer.Option(help="Task to play in MuJoCo's viewer.")] = None,
+    web: Annotated[
+        bool, typer.Option("--web", help="A web page even where there is a display.")
+    ] = False,
+    host: Annotated[str, typer.Option(help="Address that serves the page.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Its port.")] = 8080,
+) -> None:
+    """Move the hand by its principal components and watch grasps, until interrupted.
+
+    MuJoCo's own viewer where there is a display, a web page where there is none.
+    """
+    check_gl()
+
+    from handsim.cli.defaults import controller_or_built_in
+    from handsim.viewing import window
+
+    learned = controller_or_built_in(controller)
+    if window.has_display() and not web:
+        window.show(learned, lambda name, hand: _known_plan(controller, name, hand), task)
+        return
+
+    from handsim.viewing.live import LivePage, serve
+
+    page = LivePage(
+        learned, lambda name, hand: _known_plan(controller, name, hand), host, port, task
+    )
+    note(f"open {page.address} in a browser; end with Ctrl+C")
+    serve(page)
+
+
+def _known_plan(controller: Path | None, task: str, conditions: "Conditions") -> "GraspPlan | None":
+    """Return the stored plan of a task for this hand, else that for a hand of median size."""
+    from handsim.cli.defaults import planning_grasper
+    from handsim.simulation.conditions import Conditions
+
+    for hand in (conditions, Conditions()):
+        store = planning_grasper(controller, hand).store
+        if store and task in (plans := store.read()):
+            return plans[task]
+    return None
 
 
 def _grasps(controller: Path | None, tasks: str) -> "list[Rollout]":

@@ -159,6 +159,37 @@ class Browser:
             width=width, height=height, deviceScaleFactor=1, mobile=False,
         )  # fmt: skip
 
+    def type_into(self, label: str, text: str) -> None:
+        """Replace what stands in the last text field of a labelled row."""
+        self._enter(label)
+        self.call("Input.insertText", text=text)
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key="Enter", windowsVirtualKeyCode=13)
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose from a labelled menu."""
+        self._enter(label)
+        offered = "[...document.querySelectorAll('[role=option]')].map(one => one.innerText.trim())"
+        wait_until(lambda: option in self.evaluate(offered), 10)
+        self.press(option, "[role=option]")
+
+    def _enter(self, label: str) -> None:
+        self.evaluate(
+            f"""(() => {{
+              let row = [...document.querySelectorAll('label')]
+                .find(one => one.innerText.trim() === {label!r});
+              while (!row.querySelector('input[type=text]')) row = row.parentElement;
+              const field = [...row.querySelectorAll('input[type=text]')].pop();
+              field.focus(); field.select(); field.click(); }})()"""
+        )
+
+    def press(self, text: str, role: str = "button") -> None:
+        """Click on what carries this text."""
+        self.evaluate(
+            f"""[...document.querySelectorAll({role!r})]
+                .find(one => one.innerText.trim() === {text!r}).click()"""
+        )
+
     def screenshot(self, path: Path, whole: bool = False) -> np.ndarray:
         """Write a picture of the page and return it."""
         taken = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
