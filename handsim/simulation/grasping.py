@@ -1,12 +1,15 @@
 """Grasp a task with a controller or by script: nominal, then perturbed trials."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any, Literal
 
+from handsim.errors import InputError
 from handsim.hand.grasp_task import Task
 from handsim.hand.model import HandModel, build_hand
 from handsim.learning.controller import GraspController
+from handsim.motion.recording import RecordingSet
 from handsim.simulation.closed_loop import Stage
 from handsim.simulation.conditions import Conditions, perturb
 from handsim.simulation.demonstrator import demonstrate
@@ -111,21 +114,86 @@ class ControllerGrasper:
         plans = self.store.read() if self.store else {}
         if task.name in plans:
             return plans[task.name]
+        _, plan, held = self._planned(task, conditions)
+        if self.store:
+            self.store.add(task.name, plan, held)
+        return plan
+
+    def prepare(self, tasks: Sequence[Task], conditions: Conditions, n_jobs: int) -> None:
+        """Plan and store what is not known yet, several tasks at a time."""
+        if self.mode == "replay" or self.store is None:
+            return
+        known = self.store.read()
+        unknown = [task for task in tasks if task.name not in known]
+        for name, plan, held in _at_once(self._planned, unknown, conditions, n_jobs=n_jobs):
+            self.store.add(name, plan, held)
+
+    def _planned(self, task: Task, conditions: Conditions) -> tuple[str, GraspPlan, bool]:
+        """Plan for nominal conditions: task, plan and whether it held."""
         nominal = Conditions(
             hand_length=conditions.hand_length,
             hand_breadth=conditions.hand_breadth,
             side=conditions.side,
         )
         plan, run = plan_grasp(self.controller, task, nominal, next(self._hinted(task), None))
-        if self.store:
-            self.store.add(task.name, plan, run.outcome.success)
-        return plan
+        return task.name, plan, run.outcome.success
 
     def _hinted(self, task: Task) -> Iterator[GraspPlan]:
         for store in self.hints:
             plans = store.read()
             if task.name in plans:
                 yield plans[task.name]
+
+
+def grasp_many(
+    grasp: Grasper,
+    tasks: Sequence[Task],
+    conditions: Conditions,
+    n_trials: int = 0,
+    n_jobs: int = 1,
+) -> Iterator[TaskResult]:
+    """Grasp tasks as `grasp_task` does, in their order, in ``n_jobs`` processes at once.
+
+    What has to be planned is planned before, so that only one process writes plans.
+    """
+    if n_jobs > 1 and isinstance(grasp, ControllerGrasper):
+        grasp.prepare(tasks, conditions, n_jobs)
+    job = partial(_grasp_one, grasp, n_trials=n_trials)
+    yield from _at_once(job, tasks, conditions, n_jobs=n_jobs)
+
+
+def _grasp_one(grasp: Grasper, task: Task, conditions: Conditions, n_trials: int) -> TaskResult:
+    return grasp_task(grasp, task, conditions, n_trials)
+
+
+def _at_once(
+    job: Callable[[Task, Conditions], Any],
+    tasks: Sequence[Task],
+    conditions: Conditions,
+    n_jobs: int,
+) -> Iterator[Any]:
+    """Do a job for every task and yield the results in order, as they come."""
+    if n_jobs == 1:
+        yield from (job(task, conditions) for task in tasks)
+        return
+    from joblib import Parallel, delayed
+
+    work = (delayed(job)(task, conditions) for task in tasks)
+    yield from Parallel(n_jobs=n_jobs, return_as="generator")(work)  # pyright: ignore[reportGeneralTypeIssues, reportOptionalIterable]
+
+
+def without_object(recordings: RecordingSet, name: str) -> RecordingSet:
+    """Return the recordings of all other objects, to learn from without having seen it.
+
+    Raises
+    ------
+    InputError
+        If none are left.
+    """
+    kept = tuple(r for r in recordings if r.object != name)
+    if not kept:
+        raise InputError(f"no recordings are left without object '{name}'; add some of others")
+    return RecordingSet(kept)
 
 
 def demonstrator_grasper() -> Grasper:
