@@ -1,0 +1,133 @@
+"""`handsim baseline`: what a controller does, kept, and checked again."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from handsim.cli.console import JsonFlag, fraction_done, note, say, say_json, writable
+
+if TYPE_CHECKING:
+    from handsim.motion.recording import RecordingSet
+
+app = typer.Typer()
+
+BaselineFile = Annotated[
+    Path | None, typer.Argument(help="Baseline file, .npz; the built-in one if left out.")
+]
+ControllerOption = Annotated[
+    Path | None, typer.Option(help="Controller file; the built-in one if left out.")
+]
+RecordingsOption = Annotated[
+    Path | None,
+    typer.Option(help="Folder to learn from again; that of the built-in controller if left out."),
+]
+
+
+@app.command()
+def record(
+    baseline: Annotated[Path, typer.Argument(help="Baseline file to write, .npz.")],
+    controller: ControllerOption = None,
+    recordings: RecordingsOption = None,
+    json: JsonFlag = False,
+) -> None:
+    """Keep the movements and grasps of a controller.
+
+    Asked for are all demonstrated movements, and the tasks whose plans are stored. Where there are
+    recordings, a controller learned from them again is asked as well.
+    """
+    from handsim.baseline.check import record_baseline
+    from handsim.baseline.store import write_baseline
+    from handsim.cli.defaults import controller_or_built_in, planning_grasper
+    from handsim.simulation.conditions import Conditions
+
+    writable(baseline, ".npz")
+    learned = controller_or_built_in(controller)
+    store = planning_grasper(controller, Conditions()).store
+    plans = store.read() if store else {}
+    with fraction_done("recording") as progress:
+        made = record_baseline(
+            learned, plans, _recordings(controller, recordings), progress=progress
+        )
+    write_baseline(made, baseline)
+    if json:
+        traces = made.outputs.traces
+        say_json({"answers": {name: trace.verdict for name, trace in traces.items()}})
+    note(f"recorded {len(made.outputs.traces)} answers, {len(plans)} of them grasps, to {baseline}")
+
+
+@app.command()
+def check(
+    baseline: BaselineFile = None,
+    controller: ControllerOption = None,
+    recordings: RecordingsOption = None,
+    tolerance_deg: Annotated[
+        float | None, typer.Option(help="Largest deviation of a joint in a movement [deg].")
+    ] = None,
+    grasp_tolerance_deg: Annotated[
+        float | None, typer.Option(help="Largest deviation of a joint in a grasp [deg].")
+    ] = None,
+    friction: Annotated[float | None, typer.Option(help="Sliding friction of the hand.")] = None,
+    ignore_inputs: Annotated[
+        bool, typer.Option("--ignore-inputs", help="Judge by what it does; only note new inputs.")
+    ] = False,
+    html: Annotated[Path | None, typer.Option(help="Page with curves to write, .html.")] = None,
+    update: Annotated[
+        str | None, typer.Option(help="Take the new answers for right, for this reason.")
+    ] = None,
+    json: JsonFlag = False,
+) -> None:
+    """Ask again and say what moved, worst first.
+
+    Exit code 1 where something moved beyond its tolerance and is not taken for right.
+    """
+    from handsim.baseline.check import check_baseline, updated
+    from handsim.baseline.comparison import Tolerances
+    from handsim.baseline.store import read_baseline, write_baseline
+    from handsim.cli.defaults import controller_or_built_in
+    from handsim.files import data_folder
+    from handsim.simulation.conditions import Conditions
+
+    if html is not None:
+        writable(html, ".html")
+    default = Tolerances()
+    tolerances = Tolerances(
+        movement_deg=default.movement_deg if tolerance_deg is None else tolerance_deg,
+        grasp_deg=default.grasp_deg if grasp_tolerance_deg is None else grasp_tolerance_deg,
+    )
+    path = baseline or data_folder("assets") / "baseline.npz"
+    kept = read_baseline(path)
+    if update is not None:
+        updated(kept, kept.outputs, update)  # refuses an empty reason before the work
+    learned = controller_or_built_in(controller)
+    conditions = Conditions() if friction is None else Conditions(friction=friction)
+    source = _recordings(controller, recordings) if kept.relearned else None
+    with fraction_done("checking") as progress:
+        report, outputs = check_baseline(
+            kept, learned, source, conditions, tolerances, ignore_inputs, progress
+        )
+    if html is not None:
+        from handsim.baseline.page import write_page
+
+        write_page(html, kept, outputs, report)
+    if json:
+        say_json(report.as_json())
+    else:
+        say(report.as_text())
+    if update is not None:
+        write_baseline(updated(kept, outputs, update), path)
+        note(f"updated {path}")
+    elif not report.ok:
+        raise typer.Exit(1)
+
+
+def _recordings(controller: Path | None, folder: Path | None) -> "RecordingSet | None":
+    """Return what to learn from again: what is given, or what the built-in one was learned from."""
+    from handsim.cli.defaults import recordings_or_built_in
+
+    return recordings_or_built_in(folder) if folder or controller is None else None
+
+
+@app.callback()
+def _group() -> None:
+    """Keep what a controller does, and check it again."""
