@@ -9,6 +9,8 @@ from .hand.model import attach_hand as attach_hand
 from .hand.model import build_hand as build_hand
 from .hand.object_import import object_from_mesh as object_from_mesh
 from .hand.objects import OBJECTS as OBJECTS
+from .hand.retargeting import Retargeter as Retargeter
+from .hand.robot_hand import RobotHand as RobotHand
 from .hand.scene import build_scene as build_scene
 from .hand.tasks import TASKS as TASKS
 from .hand.tasks import task_by_name as task_by_name
