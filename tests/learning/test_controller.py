@@ -13,6 +13,7 @@ from handsim.learning.controller import GraspController
 from handsim.learning.learn import METHODS, Method, learn_controller
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.paths import path_error
+from handsim.learning.subspace import PostureSubspace
 from handsim.motion.recording import Recording, RecordingSet
 
 SUMMARY = {
@@ -236,3 +237,17 @@ def test_identical_recordings_are_learned_as_one(recordings: RecordingSet) -> No
     )
     controller = learn_controller(RecordingSet(twins), n_components=2).controller
     assert controller.postures(one.q[0], one.q[-1]).arrived
+
+
+def test_postures_stay_in_the_joint_ranges(learned: tuple) -> None:
+    """Recorded angles may leave the ranges; what drives the hand may not."""
+    controller = learned.controller
+    arrays = controller.subspace.to_arrays()
+    arrays["subspace_mean"] = arrays["subspace_mean"] + 2.0
+    beyond = GraspController(
+        PostureSubspace.from_arrays(arrays), controller.navigation, controller.demonstrations
+    )
+    one = controller.demonstrations[0]
+    q = beyond.postures(one.q_start + 2.0, z_goal=one.z_goal).q
+    assert ((q >= LOWER) & (q <= UPPER)).all()
+    assert (q[0] == UPPER).sum() > 5
