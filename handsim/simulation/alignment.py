@@ -4,6 +4,8 @@ Alignment does most of what a search over wrist poses would: the axis from the t
 fingers' pads is laid along the object's opposition axis, its midpoint on the grasp point, and the
 palm is turned about that axis until it faces along the approach.
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from dataclasses import dataclass
 

@@ -3,6 +3,8 @@
 Once every hundredth of a second the glove is read, the driver gives joint targets, the squeeze is
 added, and the forearm is put where the palm's path and the commanded wrist angles need it.
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from dataclasses import dataclass
 from typing import Any

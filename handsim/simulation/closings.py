@@ -155,12 +155,14 @@ CLOSINGS: dict[str, Closing] = {
     ),
     "tripod": Closing(
         open=posture(
+            (0, 0, 0),
             index_mcp=34.5, index_pip=23, index_dip=46, index_abduction=-4.4,
             middle_mcp=24, middle_pip=51, middle_dip=33,
             **_CURLED,
             thumb_rotation=94.5, thumb_abduction=16, thumb_mcp=-10, thumb_ip=57, **_LEVEL,
         ),
         shut=posture(
+            (0, 0, 0),
             index_mcp=54.5, index_pip=31, index_dip=46.7, index_abduction=-3.1,
             middle_mcp=43.7, middle_pip=57.6, middle_dip=33,
             **_CURLED,

@@ -18,7 +18,10 @@ Array = npt.NDArray[np.float64]
 class Driver(Protocol):
     """Gives joint targets from the glove's readings, 100 times a second."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What the driver is called in a rollout."""
+        ...
 
     def targets(self, time: float, reading: Array) -> Array:
         """Return joint targets (22,) [rad] for a reading (22,) [rad] at ``time`` [s]."""

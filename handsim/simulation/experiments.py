@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from handsim.hand.grasp_task import Task
-from handsim.hand.tasks import TASKS
+from handsim.hand.tasks import TASK_NAMES, TASKS
 from handsim.motion.recording import Recording, RecordingSet, write_recordings
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.demonstrator import demonstrate
@@ -21,8 +21,12 @@ SUBJECT = "synthetic"
 """What the recordings call the person."""
 
 
+DEMONSTRATED: tuple[str, ...] = TASK_NAMES
+"""Tasks whose scripted grasp holds: all of Table I."""
+
+
 def demonstrated_tasks() -> tuple[Task, ...]:
-    """Return the tasks that the demonstrator performs, in the order of Table I: all."""
+    """Return the tasks that the demonstrator performs, in the order of Table I."""
     return TASKS
 
 

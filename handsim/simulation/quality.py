@@ -1,4 +1,6 @@
 """Force closure of a grasp: how large a disturbance its contacts can resist from any side."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import mujoco
 import numpy as np

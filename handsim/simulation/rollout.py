@@ -3,6 +3,8 @@
 The file holds all that is needed to draw or to judge the grasp again without simulating it: the
 model as XML with its meshes, states, commands, contact loads, versions and the outcome.
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import math
 import platform

@@ -8,6 +8,8 @@ References
 ----------
 J. Chen et al. (2024), DexGraspBench: https://github.com/JYChen18/DexGraspBench
 """
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from dataclasses import dataclass
 
