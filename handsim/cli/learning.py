@@ -74,7 +74,9 @@ def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:
     from handsim.cli.defaults import controller_or_built_in
     from handsim.learning.critical import certification
 
-    result = certification(controller_or_built_in(controller))
+    learned = controller_or_built_in(controller)
+    with fraction_done("certifying") as progress:
+        result = certification(learned, progress=progress)
     if json:
         say_json(result)
     else:

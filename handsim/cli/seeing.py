@@ -46,7 +46,8 @@ def render(
     from handsim.viewing.gl import choose_backend
 
     choose_backend()
-    n = save_clips(clips, output, view, n_postures=postures)
+    with fraction_done("drawing") as progress:
+        n = save_clips(clips, output, view, n_postures=postures, progress=progress)
     note(f"wrote {n} {'pictures' if output.suffix.lower() == '.png' else 'frames'} to {output}")
 
 

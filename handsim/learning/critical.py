@@ -5,6 +5,7 @@ v = gamma_d grad(ln beta) / k - grad gamma_d; the Hessian of phi there tells a m
 a saddle and a maximum, which repel almost everything.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -91,8 +92,20 @@ def not_arriving(
     return starts[lost], [paths[i] for i in lost]
 
 
-def certification(controller: GraspController, per_dimension: int = 5) -> dict[str, Any]:
+def certification(
+    controller: GraspController,
+    per_dimension: int = 5,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
     """Certify a controller; where that fails, look for what traps it.
+
+    Parameters
+    ----------
+    controller
+    per_dimension
+        Starts along each dimension of the grid.
+    progress
+        Called with the fraction done.
 
     Returns
     -------
@@ -111,7 +124,9 @@ def certification(controller: GraspController, per_dimension: int = 5) -> dict[s
     counts = {"minimum": 0, "saddle": 0, "maximum": 0, "degenerate": 0}
     traps: list[dict[str, Any]] = []
     lost_starts: list[dict[str, Any]] = []
-    for demonstration in controller.demonstrations:
+    for i, demonstration in enumerate(controller.demonstrations):
+        if progress:
+            progress(i / len(goals))
         goal = demonstration.z_goal
         lost, paths = not_arriving(navigation, goal, starts)
         lost_starts += [_place(demonstration.name, z) for z in lost]

@@ -3,7 +3,7 @@
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -185,6 +185,7 @@ def save_clips(
     view: View,
     columns: int | None = None,
     n_postures: int = 8,
+    progress: Callable[[float], None] | None = None,
 ) -> int:
     """Draw movements into a file whose suffix says what: ``.mp4``, ``.gif`` or ``.png``.
 
@@ -201,6 +202,8 @@ def save_clips(
         Clips, or pictures of a contact sheet, in a row.
     n_postures
         Pictures in the contact sheet of one clip.
+    progress
+        Called with the fraction of a video's frames that are drawn.
 
     Returns
     -------
@@ -208,7 +211,11 @@ def save_clips(
         Number of frames or pictures.
     """
     if Path(path).suffix.lower() != ".png":
-        return write_video(render_clips(clips, view, columns), path, view.fps)
+        frames = render_clips(clips, view, columns)
+        if progress:
+            n = len(frame_times(max((clip.duration for clip in clips), default=0.0), view.fps))
+            frames = _counted(frames, n, progress)
+        return write_video(frames, path, view.fps)
     if len(clips) == 1:
         write_image(render_sheet(clips[0], view, n_postures, columns), path)
         return n_postures
@@ -217,3 +224,9 @@ def save_clips(
         frames = [player.draw(player.clip.duration) for player in players]
     write_image(contact_sheet(frames, (), columns), path)
     return len(frames)
+
+
+def _counted(frames: Iterator[Frame], n: int, progress: Callable[[float], None]) -> Iterator[Frame]:
+    for i, frame in enumerate(frames, 1):
+        yield frame
+        progress(i / n)

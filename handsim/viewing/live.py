@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import HandsimError, InputError, MissingToolError
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH, hand_geometry
+from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.hand.tasks import TASKS, task_by_name
 from handsim.learning.controller import GraspController
 from handsim.simulation.closed_loop import Stage
@@ -103,7 +103,8 @@ class LivePage:
 
     def close(self) -> None:
         """Stop serving."""
-        self._server.stop()
+        with redirect_stdout(io.StringIO()):
+            self._server.stop()
 
     def step(self, elapsed: float) -> None:
         """Look at the controls, and go on by ``elapsed`` [s] in what is played."""
@@ -154,7 +155,7 @@ class LivePage:
             buttons = [gui.add_button(name) for name in names]
             self._slider = gui.add_slider("time [s]", 0.0, 1.0, 0.01, 0.0)
         self._status = gui.add_markdown("")
-        reactions = (self._play, self._pause, self._replay)
+        reactions = (self._play, lambda: setattr(self, "_playing", False), self._replay)
         self._buttons = dict(zip(names, reactions, strict=True))
         self._pressed: dict[str, bool] = {}
         for name, button in zip(names, buttons, strict=True):
@@ -176,20 +177,17 @@ class LivePage:
 
     def _conditions(self) -> Conditions:
         _, (length, breadth), _ = self._seen
-        hand_geometry(length, breadth)  # refuses what is no hand
         return Conditions(hand_length=length, hand_breadth=breadth)
 
     def _show_posture(self) -> None:
         """Show the hand alone, at the coordinates that are chosen."""
         coordinates, size, _ = self._seen
         q = self._controller.subspace.inverse_transform(np.deg2rad(coordinates))
-        model = self._model if self._alone == size else posture_model(*size)
-        qpos = posture_clip(np.zeros(1), q[None], model).qpos[0]
-        if self._alone == size:
-            self._place(qpos)
-        else:
-            self._show(model, qpos, _OF_POSTURE)
+        if self._alone != size:
+            model = posture_model(*size)
+            self._show(model, model.qpos0, _OF_POSTURE)
             self._alone = size
+        self._place(posture_clip(np.zeros(1), q[None], self._model).qpos[0])
         self._say("A posture of the subspace." if any(coordinates) else "The mean posture.")
 
     def _show_stage(self) -> None:
@@ -205,9 +203,6 @@ class LivePage:
         if self._run and self._time >= self._run.time[-1] - self._run.time[0]:
             self._time = 0.0
         self._playing = True
-
-    def _pause(self) -> None:
-        self._playing = False
 
     def _replay(self) -> None:
         self._time = 0.0

@@ -4,6 +4,7 @@
 
 import os
 import sys
+import threading
 import time
 from collections.abc import Callable
 
@@ -18,6 +19,7 @@ from handsim.simulation.conditions import Conditions
 from handsim.simulation.plan import GraspPlan
 from handsim.simulation.planner import run_plan
 from handsim.viewing.postures import posture_clip, posture_model
+from handsim.viewing.stage import Camera
 
 RATE = 60.0
 """Pictures a second."""
@@ -60,7 +62,15 @@ def show(
     model, moments, qpos = _sweep(controller) if task is None else _grasp(controller, plans, task)
     data = mujoco.MjData(model)
     start = time.monotonic()
-    with mujoco.viewer.launch_passive(model, data) as window:
+    data.qpos[:] = qpos[0]
+    mujoco.mj_forward(model, data)
+    around = Camera(model, data, "orbit").view  # people may turn it
+    others = set(threading.enumerate())
+    with mujoco.viewer.launch_passive(
+        model, data, show_left_ui=False, show_right_ui=False
+    ) as window:
+        for name in ("lookat", "distance", "azimuth", "elevation"):
+            setattr(window.cam, name, getattr(around, name))
         while window.is_running() and time.monotonic() - start < seconds:
             at = (time.monotonic() - start) % (moments[-1] + 1.0)  # a second's rest at the end
             with window.lock():
@@ -68,6 +78,8 @@ def show(
                 mujoco.mj_forward(model, data)
             window.sync()
             time.sleep(1 / RATE)
+    for drawing in set(threading.enumerate()) - others:
+        drawing.join(10.0)  # one still closing its window crashes the interpreter's end
 
 
 def _grasp(
