@@ -6,6 +6,8 @@ added, and the forearm is put where the palm's path and the commanded wrist angl
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,6 +42,12 @@ SHAKE_FREQUENCY = 2.0
 """Of the base's shaking during the hold [Hz]."""
 MAX_SPEED = 500.0
 """Joint or body speed above which a simulation is taken to have diverged [m/s or rad/s]."""
+_BAD_NUMBERS = (
+    mujoco.mjtWarning.mjWARN_BADCTRL,
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
 LOST = 0.02
 """Rise [m] that an object must show while the palm rises twice as far."""
 
@@ -125,6 +133,18 @@ class Stage:
         )
 
 
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep MuJoCo from telling the terminal and a log file what the outcome will tell."""
+    kept = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(kept)
+
+
+@_silent()
 def simulate(
     stage: Stage,
     plan: GraspPlan,
@@ -264,9 +284,9 @@ class _Run:
 
     def diverged(self) -> bool:
         """Whether the state has left all bounds."""
-        qvel = self.data.qvel
-        bad = self.data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number > 0
-        return bool(bad or not np.isfinite(qvel).all() or np.abs(qvel).max() > MAX_SPEED)
+        # MuJoCo warns of what is no number and, but for the controls, starts again from rest.
+        warned = any(self.data.warning[kind].number for kind in _BAD_NUMBERS)
+        return bool(warned or not (np.abs(self.data.qvel) <= MAX_SPEED).all())
 
     def lost(self, tick: int) -> bool:
         """Whether the object stays behind a palm that was to lift it."""
@@ -279,6 +299,8 @@ class _Run:
     def finish(self, driver: Driver, arrived: bool, unstable_at: float | None = None) -> Rollout:
         """Judge the traces and make them a record."""
         arrays = {name: np.array(values) for name, values in self.samples.items()}
+        if unstable_at is not None:  # files hold numbers only
+            arrays = {name: np.nan_to_num(values) for name, values in arrays.items()}
         stage, schedule = self.stage, self.schedule
         traces = GraspTraces(
             time=arrays["time"],

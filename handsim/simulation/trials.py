@@ -107,7 +107,8 @@ def judge(traces: GraspTraces, task: Task) -> Outcome:
     """
     rule = task.rule
     if traces.unstable_at is not None:
-        detail = f"the simulation diverged at {traces.unstable_at:.3f} s"
+        step = len(traces.time) - 1
+        detail = f"the simulation diverged at {traces.unstable_at:.3f} s (step {step})"
         return Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0, detail=detail)
     acting = traces.time >= traces.action_start - 1e-9
     carried = rule.kind != "joint"
