@@ -78,6 +78,7 @@ class LivePage:
             import viser
         except ImportError as error:
             raise MissingToolError(f"the page needs viser; run: {INSTALL}") from error
+        chosen = NO_TASK if task is None else task_by_name(task).name
         self._controller, self._plans = controller, plans
         with redirect_stdout(io.StringIO()):  # it greets there whatever it is told
             self._server = viser.ViserServer(host=host, port=port, verbose=False)
@@ -93,8 +94,7 @@ class LivePage:
         self._add_controls()
         self._seen = self._choices()
         self._show_posture()
-        if task is not None:
-            self._task.value = task_by_name(task).name
+        self._task.value = chosen
 
     @property
     def address(self) -> str:

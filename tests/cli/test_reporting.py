@@ -1,0 +1,93 @@
+"""`handsim report` and `view`."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from handsim.cli.defaults import planning_grasper
+from handsim.cli.reporting import _known_plan
+from handsim.hand.model import HandModel, build_hand
+from handsim.hand.tasks import task_by_name
+from handsim.simulation.conditions import Conditions
+from handsim.simulation.demonstrator import plan_for
+from handsim.viewing import live, window
+
+TASK = "cube-raise"
+
+
+@pytest.fixture
+def learned(run, tmp_path: Path) -> Path:
+    """A controller with the demonstrator's plan of one task stored beside it."""
+    path = tmp_path / "my controller.npz"
+    assert run("learn", "-o", path, "--components", 2).code == 0
+    store = planning_grasper(path, Conditions()).store
+    assert store is not None
+    store.add(TASK, plan_for(task_by_name(TASK), HandModel.from_spec(build_hand()))[0], True)
+    return path
+
+
+def test_the_page_holds_what_is_planned_and_how_it_was_made(run, learned, tmp_path) -> None:
+    page = tmp_path / "report.html"
+    result = run("report", learned, "-o", page)
+    assert (result.code, result.out) == (0, "")
+    assert "1 grasps" in result.err
+    text = page.read_text()
+    assert text.count("<video") == 1
+    assert f'<td class="text">{TASK}</td>' in text
+    assert "handsim learn -o controller.npz --method direction --components 2 --k 4" in text
+    assert f"handsim report &#x27;{learned}&#x27; -o {page}" in text
+
+
+def test_bad_input_is_refused_before_the_work(run, tmp_path) -> None:
+    for arguments, word in (
+        (("report", "-o", tmp_path / "r.txt"), ".html"),
+        (("report", "-o", tmp_path / "no" / "r.html"), "no"),
+        (("report", "-o", tmp_path / "r.html", "--tasks", "cube-rase"), TASK),
+        (("report", tmp_path / "c.npz", "-o", tmp_path / "r.html"), "c.npz"),
+        (("view", "--web", "--task", "cube-rase"), TASK),
+        (("view", "--port", "0"), "port"),
+    ):
+        result = run(*arguments)
+        assert (result.code, result.out) == (2, "")
+        assert result.err.count("\n") == 1
+        assert word in result.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_plans_for_this_hand_come_before_those_for_the_median_one(learned) -> None:
+    large = Conditions(hand_length=0.21, hand_breadth=0.095)
+    assert _known_plan(learned, "jar-move", large) is None
+    median = _known_plan(learned, TASK, large)
+    assert median is not None
+    path = planning_grasper(learned, Conditions()).store.path
+    content = json.loads(path.read_text())
+    content["plans"][TASK]["squeeze"] = 3.25
+    own = planning_grasper(learned, large).store.path
+    shutil.copy(path, own)
+    own.write_text(json.dumps(content))
+    assert _known_plan(learned, TASK, large).squeeze == 3.25
+    assert _known_plan(learned, TASK, Conditions()).squeeze == median.squeeze
+
+
+def test_a_window_where_there_is_a_display_and_a_page_where_there_is_none(
+    run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("viser", reason="comes with handsim[viewer]")
+    opened: list[object] = []
+    monkeypatch.setattr(window, "show", lambda controller, plans, task: opened.append(task))
+    monkeypatch.setattr(live, "serve", lambda page: (opened.append(page.address), page.close()))
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert run("view", "--task", TASK).code == 0
+    result = run("view", "--web", "--port", "18080")
+    monkeypatch.delenv("DISPLAY")
+    assert run("view", "--port", "18080").code == 0
+    assert opened[0] == TASK
+    assert all(str(address).startswith("http://127.0.0.1:") for address in opened[1:])
+    assert len(opened) == 3
+    assert (result.code, result.out) == (0, "")
+    assert str(opened[1]) in result.err
