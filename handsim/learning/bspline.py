@@ -182,9 +182,12 @@ class TensorBasis:
             columns = (columns[:, :, None] + here[:, None, :]).reshape(len(points), -1)
             values = values[:, :, None] * basis[derivative].T[:, None, :]
             values = values.reshape(len(points), -1)
-        starts = np.arange(len(points) + 1) * columns.shape[1]
+        # Products with these matrices are bound by memory: indices of half the size help.
+        index = np.int32 if columns.size < np.iinfo(np.int32).max else np.int64
+        starts = np.arange(len(points) + 1, dtype=index) * columns.shape[1]
         shape = (len(points), self.n_coefficients)
-        return sparse.csr_array((values.ravel(), columns.ravel(), starts), shape=shape)
+        parts = (values.ravel(), columns.ravel().astype(index), starts.astype(index))
+        return sparse.csr_array(parts, shape=shape)
 
     def gradient_designs(self, points: Array) -> list[sparse.csr_array]:
         """Return the design matrices of the first partial derivatives, one a dimension."""

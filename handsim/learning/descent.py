@@ -49,7 +49,7 @@ class DescentCondition:
         active = np.maximum(excess + self.shift, 0.0)
         slope = (2.0 * self.weight * active)[:, None] * lever
         value = self.weight * float(active @ active)
-        return value, self._transposed @ slope.T.ravel()
+        return value, self._design.T @ slope.T.ravel()
 
     def tighten(self, c: Array) -> None:
         """Shift by what is still in excess, and add points where the certificate would fail."""
@@ -70,7 +70,6 @@ class DescentCondition:
         self.points = points
         designs = self.basis.gradient_designs(points)
         self._design = sparse.csr_array(sparse.vstack(designs, format="csr"))
-        self._transposed = self._design.T.tocsr()
 
     def _excess(self, c: Array) -> tuple[Array, Array]:
         """Excess (N,) and z - z_goal (N, n) for the worst destination."""

@@ -264,7 +264,7 @@ class _Problem:
     ) -> tuple[Array, float, float]:
         """Minimise from ``c`` on; returns coefficients and the costs before and after."""
         design = _stacked(self.basis, samples.points)
-        transposed = design.T.tocsr()
+        transposed = design.T
         away = samples.points - samples.goals
         fixed = -2.0 * away / np.sum(away**2, axis=1, keepdims=True)
         fixed += self.flat.closure(samples.points)[1] / self.k
