@@ -1,0 +1,98 @@
+"""The wheel, installed where there is no checkout, does what the checkout does."""
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    call(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=ROOT)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+def call(*command: object, cwd: Path) -> str:
+    """Run a command with nothing of this environment but the path to programs."""
+    environment = {name: os.environ[name] for name in ("PATH", "MUJOCO_GL") if name in os.environ}
+    done = subprocess.run(
+        [*map(str, command)], cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def fresh_environment(folder: Path) -> Path:
+    """Make an environment; return the folder of its programs."""
+    venv.create(folder, with_pip=False, symlinks=True)
+    return folder / "bin"
+
+
+@pytest.fixture(scope="module")
+def programs(wheel, tmp_path_factory) -> Path:
+    """The wheel in an environment that shares the dependencies of this one, but no checkout."""
+    folder = tmp_path_factory.mktemp("env")
+    programs = fresh_environment(folder)
+    python = programs / "python"
+    options = ("--no-deps", "--no-index", "--quiet", "--disable-pip-version-check")
+    call(sys.executable, "-m", "pip", "--python", python, "install", *options, wheel, cwd=folder)
+    own = Path(call(python, "-c", "import sysconfig as s; print(s.get_path('purelib'))", cwd=folder)
+               .strip())  # fmt: skip
+    # A folder that a .pth file adds comes last, and .pth files in it (that of the checkout) are
+    # not followed.
+    (own / "shared.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return programs
+
+
+def test_the_wheel_carries_models_and_assets_and_no_tests(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    for folder in ("handsim/_data/models/hand/", "handsim/_data/assets/experiments/"):
+        assert any(name.startswith(folder) for name in names)
+    for file in ("assets/controller.npz", "models/hand/right_hand.xml"):
+        assert f"handsim/_data/{file}" in names
+    assert "handsim/__init__.pyi" in names
+    assert not [name for name in names if name.startswith("tests") or "__pycache__" in name]
+
+
+def check_installed(programs: Path, folder: Path) -> None:
+    where = call(programs / "python", "-c", "import handsim; print(handsim.__file__)", cwd=folder)
+    assert str(ROOT) not in where
+    handsim = programs / "handsim"
+    grasp = ("grasp", "demonstrator", "--task", "cube-raise", "-o", "out", "--json")
+    assert json.loads(call(handsim, *grasp, cwd=folder))["nominal_success"] is True
+    small = ("--size", "64x48", "--postures", "2")
+    call(handsim, "render", "out/cube-raise.npz", "-o", "sheet.png", *small, cwd=folder)
+    assert (folder / "sheet.png").stat().st_size > 500
+    call(handsim, "postures", "--task", "cube-raise", "-o", "postures.csv", cwd=folder)
+    record = "from handsim.baseline.check import *; from handsim.baseline import *; import handsim;"
+    record += "c = handsim.GraspController.load(handsim.data_folder('assets') / 'controller.npz');"
+    record += "write_baseline(record_baseline(c), 'b.npz')"
+    call(programs / "python", "-c", record, cwd=folder)
+    said = json.loads(call(handsim, "baseline", "check", "b.npz", "--json", cwd=folder))
+    assert said["ok"] is True
+    assert said["answers"]
+
+
+def test_installed_it_grasps_draws_and_checks(programs, tmp_path):
+    check_installed(programs, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_installed_with_its_own_dependencies(wheel, tmp_path):
+    """As a user installs it: what pip brings along is enough."""
+    programs = fresh_environment(tmp_path / "env")
+    options = ("--quiet", "--no-cache-dir", "--disable-pip-version-check")
+    python = programs / "python"
+    call(sys.executable, "-m", "pip", "--python", python, "install", *options, wheel, cwd=tmp_path)
+    check_installed(programs, tmp_path)
