@@ -192,8 +192,8 @@ class GraspController:
         return PostureSequence(time, q, path.arrived, path.reason)
 
     def _projected(self, q: Array) -> Array:
-        if np.shape(q) != (N_JOINTS,):
-            raise InputError(f"posture of shape {np.shape(q)}; give {N_JOINTS} angles")
+        if np.shape(q) != (N_JOINTS,) or not np.isfinite(q).all():
+            raise InputError(f"posture of shape {np.shape(q)}; give {N_JOINTS} finite angles")
         return self.subspace.transform(q)
 
     @property

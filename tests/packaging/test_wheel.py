@@ -2,10 +2,10 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
-import venv
 import zipfile
 from pathlib import Path
 
@@ -32,10 +32,21 @@ def call(*command: object, cwd: Path) -> str:
     return done.stdout
 
 
-def fresh_environment(folder: Path) -> Path:
+def fresh_environment(folder: Path, interpreter: str = sys.executable) -> Path:
     """Make an environment; return the folder of its programs."""
-    venv.create(folder, with_pip=False, symlinks=True)
+    call(interpreter, "-m", "venv", "--without-pip", folder, cwd=folder.parent)
     return folder / "bin"
+
+
+def interpreter_of(version: str) -> str:
+    """A Python of a version such as 3.12, on the path or among those of pyenv."""
+    installed = Path.home().glob(f".pyenv/versions/{version}.*/bin/python")
+    for candidate in (shutil.which(f"python{version}"), *map(str, installed)):
+        asked = (candidate or "false", "-c", "import sys; print('%d.%d' % sys.version_info[:2])")
+        done = subprocess.run(asked, capture_output=True, text=True, check=False)
+        if candidate and done.stdout.strip() == version:
+            return candidate
+    pytest.skip(f"there is no Python {version} here")
 
 
 @pytest.fixture(scope="module")
@@ -89,9 +100,10 @@ def test_installed_it_grasps_draws_and_checks(programs, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_installed_with_its_own_dependencies(wheel, tmp_path):
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13"])
+def test_installed_with_its_own_dependencies(wheel, tmp_path, version):
     """As a user installs it: what pip brings along is enough."""
-    programs = fresh_environment(tmp_path / "env")
+    programs = fresh_environment(tmp_path / "env", interpreter_of(version))
     options = ("--quiet", "--no-cache-dir", "--disable-pip-version-check")
     python = programs / "python"
     call(sys.executable, "-m", "pip", "--python", python, "install", *options, wheel, cwd=tmp_path)
