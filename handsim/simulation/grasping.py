@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any, Literal
 
 from handsim.errors import InputError
@@ -125,7 +124,8 @@ class ControllerGrasper:
             return
         known = self.store.read()
         unknown = [task for task in tasks if task.name not in known]
-        for name, plan, held in _at_once(self._planned, unknown, conditions, n_jobs=n_jobs):
+        arguments = [(task, conditions) for task in unknown]
+        for name, plan, held in run_at_once(self._planned, arguments, n_jobs):
             self.store.add(name, plan, held)
 
     def _planned(self, task: Task, conditions: Conditions) -> tuple[str, GraspPlan, bool]:
@@ -158,27 +158,20 @@ def grasp_many(
     """
     if n_jobs > 1 and isinstance(grasp, ControllerGrasper):
         grasp.prepare(tasks, conditions, n_jobs)
-    job = partial(_grasp_one, grasp, n_trials=n_trials)
-    yield from _at_once(job, tasks, conditions, n_jobs=n_jobs)
+    arguments = [(grasp, task, conditions, n_trials) for task in tasks]
+    yield from run_at_once(grasp_task, arguments, n_jobs)
 
 
-def _grasp_one(grasp: Grasper, task: Task, conditions: Conditions, n_trials: int) -> TaskResult:
-    return grasp_task(grasp, task, conditions, n_trials)
-
-
-def _at_once(
-    job: Callable[[Task, Conditions], Any],
-    tasks: Sequence[Task],
-    conditions: Conditions,
-    n_jobs: int,
+def run_at_once(
+    job: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], n_jobs: int
 ) -> Iterator[Any]:
-    """Do a job for every task and yield the results in order, as they come."""
+    """Do a job for each tuple of arguments and yield the results in order, as they come."""
     if n_jobs == 1:
-        yield from (job(task, conditions) for task in tasks)
+        yield from (job(*each) for each in arguments)
         return
     from joblib import Parallel, delayed
 
-    work = (delayed(job)(task, conditions) for task in tasks)
+    work = (delayed(job)(*each) for each in arguments)
     yield from Parallel(n_jobs=n_jobs, return_as="generator")(work)  # pyright: ignore[reportGeneralTypeIssues, reportOptionalIterable]
 
 
