@@ -25,11 +25,20 @@ from handsim.simulation.drivers import learned_driver
 from handsim.simulation.placement import pad_targets, place
 from handsim.simulation.plan import GraspPlan, schedule_for
 from handsim.simulation.rollout import Rollout
-from handsim.simulation.search import cost_of, mean_cost, minimise, shortened, tried_conditions
+from handsim.simulation.search import (
+    WORST,
+    cost_of,
+    mean_cost,
+    minimise,
+    shortened,
+    tried_conditions,
+)
 
 Array = npt.NDArray[np.float64]
 
 GENERATIONS = 14
+SEARCHES = 3
+"""Starts that are searched from, one after the other, until the nominal try holds."""
 N_PERTURBED = 2
 """Perturbed tries of every plan whose nominal try holds."""
 N_PLACEMENTS = 3
@@ -98,14 +107,21 @@ def plan_grasp(
     search = _Search(controller, task, conditions)
     starts = [] if known is None else [known]
     starts += search.starts()
-    best = min(starts, key=search.cost)
-    _, point = minimise(
-        lambda x: search.cost(search.varied(best, x)),
-        np.zeros(search.size),
-        generations=generations,
-        seed=seed,
-    )
-    plan = search.varied(best, point) if point.any() else best
+    ranked = sorted((search.cost(plan), i) for i, plan in enumerate(starts))
+    best = (ranked[0][0], starts[ranked[0][1]])
+    for attempt, (_, start) in enumerate(ranked[:SEARCHES]):
+        centre = starts[start]
+        cost, point = minimise(
+            lambda x, centre=centre: search.cost(search.varied(centre, x)),
+            np.zeros(search.size),
+            generations=generations,
+            seed=seed + attempt,
+        )
+        if cost < best[0]:
+            best = (cost, search.varied(centre, point))
+        if best[0] < 1 + WORST:  # the nominal try holds
+            break
+    plan = best[1]
     return plan, run_plan(controller, Stage.build(task, conditions), plan)
 
 
