@@ -8,6 +8,7 @@ import numpy as np
 from handsim.errors import InputError, UnknownNameError
 from handsim.learning.controller import GraspController, demonstrations_of
 from handsim.learning.direction_fit import DirectionLearner
+from handsim.learning.navigation import check_exponent
 from handsim.learning.pde_fit import PDELearner
 from handsim.learning.subspace import PostureSubspace
 from handsim.motion.recording import RecordingSet
@@ -70,6 +71,8 @@ def learn_controller(
         raise UnknownNameError("method", method, METHODS)
     if certified and method != "direction":
         raise InputError(f"method {method} cannot be certified; choose direction")
+    if k is not None:
+        check_exponent(k)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     exponent = DEFAULT_K[method] if k is None else k
     paths = [subspace.transform(r.q) for r in recordings]

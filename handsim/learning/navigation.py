@@ -29,6 +29,12 @@ MAX_K = 1e6
 _TINY_BETA = 1e-12  # least beta whose logarithm is taken; below lies the obstacle
 
 
+def check_exponent(k: float) -> None:
+    """Raise InputError unless k is from 2 to `MAX_K`."""
+    if not 2 <= k <= MAX_K:
+        raise InputError(f"k = {k:g}; give 2 or more, up to {MAX_K:g}")
+
+
 class Obstacle(Protocol):
     """What a navigation function needs of beta."""
 
@@ -181,8 +187,7 @@ class NavigationFunction:
 
     def __post_init__(self) -> None:
         """Check the exponent."""
-        if not 2 <= self.k <= MAX_K:
-            raise InputError(f"k = {self.k:g}; give 2 or more, up to {MAX_K:g}")
+        check_exponent(self.k)
 
     @property
     def n_dimensions(self) -> int:

@@ -209,12 +209,14 @@ def _checked(kind: type, values: Any) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise TypeError(f"{values!r} is no table")
     for each in fields(kind):
-        value = values.get(each.name)
+        if each.name not in values:
+            continue  # has a default, or its absence is told when it is needed
+        value = values[each.name]
         if each.type in (int, float):
             number = isinstance(value, int | float) and not isinstance(value, bool)
-            good = value is None or (number and math.isfinite(value))
+            good = number and math.isfinite(value)
         else:
-            good = each.type not in (str, bool) or value is None or isinstance(value, each.type)
+            good = each.type not in (str, bool) or isinstance(value, each.type)
         if not good:
             raise ValueError(f"{each.name} is {value!r}")
     return values

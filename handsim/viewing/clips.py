@@ -18,6 +18,9 @@ from handsim.viewing.video import contact_sheet, tile, write_image, write_video
 
 Array = npt.NDArray[np.float64]
 
+MAX_SHEET_PIXELS = 100_000_000
+"""Largest contact sheet; its pixels take three bytes each, twice over."""
+
 
 class Overlay(Protocol):
     """Something drawn onto the frames of a clip."""
@@ -162,7 +165,17 @@ def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None)
 
     They are spread evenly over the length of the path of qpos, so that none shows the same as the
     one before. Their times are written on them in place of the clip's overlays.
+
+    Raises
+    ------
+    InputError
+        If they are more than `MAX_SHEET_PIXELS` together.
     """
+    if n * view.width * view.height > MAX_SHEET_PIXELS:
+        raise InputError(
+            f"{n} pictures of {view.width}x{view.height} are more than {MAX_SHEET_PIXELS} pixels;"
+            " draw fewer or smaller ones"
+        )
     steps = np.linalg.norm(np.diff(clip.qpos, axis=0), axis=1)
     length = np.concatenate([[0.0], np.cumsum(steps)])
     if length[-1] == 0 or n < 2:

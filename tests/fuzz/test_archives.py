@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
+from handsim.baseline import read_baseline
 from handsim.errors import FileError, HandsimError
 from handsim.files import data_folder, read_archive, write_archive
 from handsim.hand.tasks import task_by_name
@@ -22,6 +23,7 @@ from handsim.viewing.rollouts import rollout_clip
 
 from .conftest import Content, damaged_bytes, search
 
+BASELINE = (Path(__file__).parents[1] / "data" / "schemas" / "baseline-1.npz").read_bytes()
 CONTROLLER = (data_folder("assets") / "controller.npz").read_bytes()
 VALUES = (
     st.none()
@@ -256,3 +258,25 @@ def test_what_was_written_is_read_again(tmp_path):
     write_archive(tmp_path / "a.npz", "rollout", 1, {}, {"time": np.zeros((0, 3))})
     with pytest.raises(FileError, match="not a whole"):
         read_rollout(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("damage", [damaged_archive, damaged_bytes])
+def test_baselines(sandbox, damage):
+    read = []
+
+    def check(data: bytes) -> None:
+        sandbox.fresh()
+        path = sandbox.inputs / "b.npz"
+        path.write_bytes(data)
+        try:
+            read_baseline(path)
+        except FileError as error:
+            assert str(path) in str(error)
+            read.append(False)
+        else:
+            read.append(True)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", np.exceptions.ComplexWarning)
+        search(check, damage(BASELINE), 15 * sandbox.cases)
+    assert set(read) == {False, True}
