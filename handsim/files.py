@@ -155,8 +155,7 @@ def _read_members(path: Path) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any
                 f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; not read"
             )
         arrays = {
-            member.filename.removesuffix(".npy"): _read_array(archive, member)
-            for member in members
+            member.filename.removesuffix(".npy"): _read_array(archive, member) for member in members
         }
     header = json.loads(str(arrays.pop("header")))
     if not isinstance(header, dict):
