@@ -126,7 +126,7 @@ def _top(scores: dict[str, Any], proof: dict[str, Any], grasps: Sequence[Rollout
         (f"{scores['straight_error_deg']:.1f}°", "that of straight lines"),
         (f"{100 * scores['variance_explained']:.1f} %", "of variance in the subspace"),
         ("yes" if proof["certified"] else "no", "convergence proved"),
-        (f"{proof['arrivals']} of {proof['starts']}", "starts on a grid arrive"),
+        (str(proof["starts"] - proof["arrivals"]), f"of {proof['starts']} starts do not arrive"),
     ]
     return page.tiles([*shown, (f"{held} of {len(grasps)}", "grasps succeed")] if grasps else shown)
 

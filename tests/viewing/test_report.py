@@ -173,6 +173,8 @@ def test_a_browser_shows_it_whole_wide_and_narrow(written: Path, browser, tmp_pa
         picture = browser.screenshot(tmp_path / f"{width}.png")
         assert picture.shape[1] == width
         assert np.ptp(picture) > 200
+    tiles = "[...document.querySelectorAll('.tiles li')]"
+    assert browser.evaluate(f"{tiles}.every(one => one.scrollWidth <= one.clientWidth)")
     shown = "[...document.images].every(one => one.complete && one.naturalWidth > 0)"
     assert browser.evaluate(shown)
     playing = (
