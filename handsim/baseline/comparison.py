@@ -194,8 +194,7 @@ def compare(
 
 def trace_change(name: str, before: Trace, after: Trace, tolerances: Tolerances) -> Change:
     """Measure how far one answer moved; a shorter one stays where it ends."""
-    time = np.union1d(before.time, after.time)
-    apart = np.rad2deg(np.abs(_at(after, time) - _at(before, time)))
+    time, apart = deviation_deg(before, after)
     frame, joint = np.unravel_index(int(apart.argmax()), apart.shape)
     measures = {
         measure: (value, after.measures[measure])
@@ -215,6 +214,12 @@ def trace_change(name: str, before: Trace, after: Trace, tolerances: Tolerances)
         measures=measures,
         tolerance_deg=tolerances.grasp_deg if grasp else tolerances.movement_deg,
     )
+
+
+def deviation_deg(before: Trace, after: Trace) -> tuple[Array, Array]:
+    """Return all times (n,) [s] of two answers, and how far each joint is apart, (n, 22) [deg]."""
+    time = np.union1d(before.time, after.time)
+    return time, np.rad2deg(np.abs(_at(after, time) - _at(before, time)))
 
 
 def _at(trace: Trace, time: Array) -> Array:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handsim.baseline.comparison import Change, Report
+from handsim.baseline.comparison import Change, Report, deviation_deg
 from handsim.baseline.outputs import Outputs, Trace
 from handsim.baseline.store import Baseline
 from handsim.files import write_text
@@ -109,8 +109,7 @@ _AFTER = {"color": VERMILION, "linestyle": (0, (4, 1.5))}
 
 
 def _joints(change: Change, before: Trace, after: Trace) -> list[str]:
-    """Return the joints that end farthest from where they ended, after the one that moved most."""
-    apart = np.abs(after.q[-1] - before.q[-1])
-    others = [name for name, i in JOINT_INDEX.items() if name != change.joint]
-    others.sort(key=lambda name: -apart[JOINT_INDEX[name]])
+    """Return the joints that deviate most at any time."""
+    most = deviation_deg(before, after)[1].max(axis=0)
+    others = sorted(set(JOINT_INDEX) - {change.joint}, key=lambda name: -most[JOINT_INDEX[name]])
     return [change.joint, *others[: _JOINTS - 1]]
