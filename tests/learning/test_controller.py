@@ -154,7 +154,7 @@ def test_bad_input(learned: tuple) -> None:
     for arguments, words in (
         ({}, "one destination"),
         ({"q_goal": one.q_goal, "z_goal": one.z_goal}, "one destination"),
-        ({"q_goal": one.q_goal[:5]}, "22 angles"),
+        ({"q_goal": one.q_goal[:5]}, "22 finite angles"),
         ({"z_goal": np.array([50.0, 0.0, 0.0])}, "outside the workspace"),
         ({"z_goal": np.array([np.nan, 0.0, 0.0])}, "finite"),
         ({"q_goal": one.q_goal, "duration": -1.0}, "seconds"),
