@@ -178,6 +178,16 @@ def test_deviation_joint_and_time_by_hand():
     assert change.path_deg == pytest.approx(6 / 3**0.5, rel=0.01)
 
 
+def test_of_a_grasp_that_fails_only_the_outcome_counts():
+    held, failed = (replace(trace(0, 10), verdict=verdict) for verdict in ("held", "slipped"))
+    for before, found in ((held, 1), (failed, 0)):
+        moved = replace(before, q=before.q + 1)
+        assert (
+            len(compare(Outputs({"grasp/a": before}, {}), Outputs({"grasp/a": moved}, {})).findings)
+            == found
+        )
+
+
 def test_what_is_not_made_any_more_is_named():
     report = compare(Outputs({"movement/a": trace(0, 1)}, {"x/y": "1"}), Outputs({}, {}))
     assert [(f.kind, f.name) for f in report.findings] == [

@@ -17,6 +17,7 @@ from handsim.simulation.rollout import current_versions
 
 KIND = "baseline"
 SCHEMA = 1
+_MAX_VALUE = 1000.0  # of angles [rad], times [s] and lengths [m]
 _PLAN_NUMBERS = 3 + 4 + 3 + 2 * N_JOINTS + 2
 
 
@@ -84,19 +85,18 @@ def read_baseline(path: Path) -> Baseline:
     metadata, arrays = read_archive(path, KIND, SCHEMA)
     try:
         for name, array in arrays.items():
-            if array.dtype != np.float64 or not np.isfinite(array).all():
-                raise ValueError(f"{name} holds what is no finite number")
+            if array.dtype != np.float64 or not (np.abs(array) <= _MAX_VALUE).all():
+                raise ValueError(f"{name} holds what is no number up to {_MAX_VALUE:g}")
         n = len(metadata["movements"])
         starts, goals = _matrix(arrays["starts"], n), _matrix(arrays["goals"], n)
-        tasks = metadata["tasks"]
+        tasks, plans = metadata["tasks"], arrays["plans"]
+        if plans.shape != (len(tasks), _PLAN_NUMBERS):
+            raise ValueError(f"plans of shape {plans.shape} for {len(tasks)} tasks")
         return Baseline(
             questions=Questions(
                 dict(zip(metadata["movements"], starts, strict=True)),
                 dict(zip(metadata["movements"], goals, strict=True)),
-                {
-                    str(task): _plan_of_row(row)
-                    for task, row in zip(tasks, arrays["plans"], strict=True)
-                },
+                {str(task): _plan_of_row(row) for task, row in zip(tasks, plans, strict=True)},
             ),
             outputs=Outputs(
                 {
