@@ -23,9 +23,7 @@ app.add_typer(hand.app, name="hand", help="Build hand models.", no_args_is_help=
 app.add_typer(
     recordings.app, name="recordings", help="Import and inspect recordings.", no_args_is_help=True
 )
-app.add_typer(
-    baseline.app, name="baseline", help="Notice what a change did.", no_args_is_help=True
-)
+app.add_typer(baseline.app, name="baseline", help="Notice what a change did.", no_args_is_help=True)
 for command in (
     machine.doctor,
     learning.learn,
