@@ -44,7 +44,9 @@ def replacing(path: Path) -> Iterator[Path]:
     try:
         handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
     except OSError as error:
-        raise FileError(f"{path}: cannot be written ({error.strerror}); choose another folder")
+        raise FileError(
+            f"{path}: cannot be written ({error.strerror}); choose another folder"
+        ) from error
     os.close(handle)
     temporary = Path(name)
     try:
@@ -152,7 +154,8 @@ def _read_members(path: Path) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any
         total = sum(member.file_size for member in members)
         if total > MAX_ARCHIVE_BYTES:
             raise FileError(
-                f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; not read"
+                f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; "
+                "not read"
             )
         arrays = {
             member.filename.removesuffix(".npy"): _read_array(archive, member) for member in members
