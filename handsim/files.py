@@ -157,9 +157,7 @@ def _read_members(path: Path) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any
                 f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; "
                 "not read"
             )
-        arrays = {
-            member.filename.removesuffix(".npy"): _read_array(archive, member) for member in members
-        }
+        arrays = {m.filename.removesuffix(".npy"): _read_array(archive, m) for m in members}
     header = json.loads(str(arrays.pop("header")))
     if not isinstance(header, dict):
         raise FileError(f"{path}: its header is not a table; it was not written by handsim")
