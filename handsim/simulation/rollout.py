@@ -110,8 +110,9 @@ class Rollout:
             raise InputError(f"rollout of {self.task}: {reason}") from error
         if (model.nq, model.nv) != (self.qpos.shape[1], self.qvel.shape[1]):
             raise InputError(
-                f"rollout of {self.task}: {self.qpos.shape[1]} positions for a model of "
-                f"{model.nq}; make it again"
+                f"rollout of {self.task}: {self.qpos.shape[1]} positions and "
+                f"{self.qvel.shape[1]} velocities for a model of {model.nq} and {model.nv}; "
+                "make it again"
             )
         return model
 

@@ -29,6 +29,7 @@ def rollout(ball: mujoco.MjModel, success: bool, forces: bool = True, n_z: int =
         assets={},
         time=2.0 + time,
         qpos=qpos,
+        qvel=np.zeros((N, ball.nv)),
         z=np.column_stack([time] * n_z) if n_z else np.zeros((N, 0)),
         contact_force=np.outer(time, [5.0 * forces] + [0.0] * (len(CONTACT_PARTS) - 1)),
         phases=(Phase("reach", 2.0), Phase("lift", 2.5)),
