@@ -51,7 +51,7 @@ notebooks: setup
 
 bench: setup
 	mkdir -p out
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=out/benchmarks.json
+	$(BIN)/python -m pytest tests/benchmarks -m slow --benchmark-only --benchmark-json=out/benchmarks.json
 
 build: setup
 	rm -rf dist
