@@ -4,13 +4,11 @@ import shutil
 import subprocess
 import time
 import urllib.request
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import imageio_ffmpeg
 import mujoco
 import numpy as np
 import pytest
@@ -61,22 +59,6 @@ def target(tmp_path: Path) -> Path:
     folder = tmp_path / "out"
     folder.mkdir()
     return folder
-
-
-@pytest.fixture(scope="session")
-def read_video() -> Callable[[Path], tuple[dict[str, Any], list[Frame]]]:
-    def read(path: Path) -> tuple[dict[str, Any], list[Frame]]:
-        """Metadata and frames of a video, as its reader finds them."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ResourceWarning)  # imageio-ffmpeg leaves a pipe open
-            reader = imageio_ffmpeg.read_frames(str(path))
-            metadata = next(reader)
-            width, height = metadata["size"]
-            frames = [np.frombuffer(raw, np.uint8).reshape(height, width, 3) for raw in reader]
-            del reader
-        return metadata, frames
-
-    return read
 
 
 @pytest.fixture

@@ -1,0 +1,30 @@
+"""What tests of several packages need."""
+
+import gc
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+
+Frame = np.ndarray
+
+
+@pytest.fixture(scope="session")
+def read_video() -> Callable[[Path], tuple[dict[str, Any], list[Frame]]]:
+    def read(path: Path) -> tuple[dict[str, Any], list[Frame]]:
+        """Metadata and frames of a video, as its reader finds them."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ResourceWarning)  # imageio-ffmpeg leaves a pipe open
+            reader = imageio_ffmpeg.read_frames(str(path))
+            metadata = next(reader)
+            width, height = metadata["size"]
+            frames = [np.frombuffer(raw, np.uint8).reshape(height, width, 3) for raw in reader]
+            del reader
+            gc.collect()
+        return metadata, frames
+
+    return read
