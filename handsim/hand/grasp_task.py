@@ -156,7 +156,7 @@ class Task:
         """Return the task for that hand; the left one's is the mirror image across y = 0.
 
         The object itself is not mirrored: the mouse's left button stays on the left and is
-        pressed by the finger that lies there.
+        pressed by the finger that lies there, and a thread keeps its direction.
         """
         if side == "right":
             return self
@@ -167,7 +167,7 @@ class Task:
             approach=_mirror(self.grasp.approach),
             pointing=self.grasp.pointing and _mirror(self.grasp.pointing),
         )
-        steps = tuple(_mirror_step(step, swap=self.action == "click") for step in self.steps)
+        steps = tuple(_mirror_step(step, self.action) for step in self.steps)
         return replace(self, grasp=grasp, steps=steps, yaw_deg=-self.yaw_deg)
 
 
@@ -176,9 +176,11 @@ def _mirror(vector: Vec3) -> Vec3:
     return (x, -y, z)
 
 
-def _mirror_step(step: Step, swap: bool) -> Step:
+def _mirror_step(step: Step, action: Action) -> Step:
     """Mirror displacement and turn (an axial vector) across y = 0."""
     x, y, z = step.axis
+    axis = step.axis if action == "unscrew" else (-x, y, -z)
     other: dict[Finger, Finger] = {"index": "middle", "middle": "index"}
+    swap = action == "click"
     flex = tuple(other.get(finger, finger) if swap else finger for finger in step.flex)
-    return replace(step, shift=_mirror(step.shift), axis=(-x, y, -z), flex=flex)
+    return replace(step, shift=_mirror(step.shift), axis=axis, flex=flex)

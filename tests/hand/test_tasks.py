@@ -160,3 +160,14 @@ def test_tasks_are_found_by_name_and_misspelt_ones_answered() -> None:
     assert task_by_name("phone-today-view").object_name == "phone-today"
     with pytest.raises(UnknownNameError, match="cube-raise"):
         task_by_name("cube-rise")
+
+
+def test_a_left_hand_unscrews_in_the_direction_of_the_thread():
+    task = task_by_name("jar-unscrew")
+    (right,), (left,) = task.steps, task.for_side("left").steps
+    assert left.axis == right.axis
+    (spun,) = [step for step in task_by_name("cup-side-rotate").steps if step.angle_deg]
+    (mirrored,) = [
+        step for step in task_by_name("cup-side-rotate").for_side("left").steps if step.angle_deg
+    ]
+    assert mirrored.axis == tuple(-part for part in spun.axis)
