@@ -25,6 +25,20 @@ MAX_TEXT_BYTES = 64 * 1024**2
 """Size above which a text file is refused; a minute of postures at 100 Hz takes 1.5 MB."""
 
 
+def check_target(path: Path) -> None:
+    """Check that a file of that name could be written.
+
+    Raises
+    ------
+    FileError
+        If it is a folder, or its folder does not exist.
+    """
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder; give the name of a file")
+    if not path.parent.is_dir():
+        raise FileError(f"{path}: folder '{path.parent}' does not exist; create it first")
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside ``path`` that takes its place if the block succeeds.
@@ -37,10 +51,7 @@ def replacing(path: Path) -> Iterator[Path]:
         If the folder does not exist or cannot be written.
     """
     path = Path(path)
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise FileError(f"{path}: folder '{path.parent}' does not exist; create it first")
+    check_target(path)
     try:
         handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
     except OSError as error:

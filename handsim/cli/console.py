@@ -110,12 +110,10 @@ def writable(path: Path, *suffixes: str) -> Path:
     InputError
         If the suffix is none of ``suffixes``, or the folder does not exist.
     """
-    from handsim.errors import FileError, InputError
+    from handsim.errors import InputError
+    from handsim.files import check_target
 
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: suffix '{path.suffix}' is not one of {', '.join(suffixes)}")
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise FileError(f"{path}: folder '{path.parent}' does not exist; create it first")
+    check_target(path)
     return path

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.joints import FINGERS, JOINT_INDEX, N_JOINTS, Finger
+from handsim.learning.timing import minimum_jerk
 
 Array = npt.NDArray[np.float64]
 
@@ -45,11 +46,5 @@ def squeeze_offset(strength: float = 1.0, fingers: Iterable[Finger] = FINGERS) -
 
 
 def ramp(times: npt.ArrayLike, start: float, duration: float) -> Array:
-    """Return a smooth 0 to 1 between ``start`` and ``start + duration`` [s] (minimum jerk).
-
-    References
-    ----------
-    T. Flash & N. Hogan (1985), J. Neurosci. 5(7):1688-1703.
-    """
-    s = np.clip((np.asarray(times, dtype=float) - start) / duration, 0.0, 1.0)
-    return s**3 * (10 - 15 * s + 6 * s**2)
+    """Return a smooth 0 to 1 between ``start`` and ``start + duration`` [s] (minimum jerk)."""
+    return minimum_jerk(np.asarray(times, dtype=float) - start, duration)
