@@ -6,90 +6,27 @@ vector of sum(m_i) entries; there are prod(m_i), stacked here in C order.
 """
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
 from itertools import product
-from math import factorial, prod
+from math import prod
+from struct import Struct
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
-from scipy.interpolate import BSpline
 
 from handsim.errors import InputError
+from handsim.learning.knots import KnotAxis
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 MAX_DIMENSIONS = 5
 _CHUNK = 2048  # points evaluated at once, so that their patches of coefficients stay in cache
-
-
-@dataclass(frozen=True)
-class _Axis:
-    """One dimension: the polynomial pieces of its basis functions.
-
-    ``pieces[cell, power, derivative, i]`` is the coefficient of (x - breaks[cell])**power in the
-    given derivative of the i-th of the degree + 1 basis functions that live on the cell.
-    """
-
-    knots: Array
-    degree: int
-    breaks: Array
-    first: Index
-    pieces: Array
-    even: bool
-    break_list: list[float] = field(repr=False)
-
-    @classmethod
-    def of(cls, knots: npt.ArrayLike, degree: int) -> "_Axis":
-        t = np.array(knots, dtype=float)
-        m = len(t) - degree - 1
-        if t.ndim != 1 or m < degree + 1 or (np.diff(t) < 0).any() or not np.isfinite(t).all():
-            raise InputError(
-                f"{t.size} knots for degree {degree}; give at least {2 * degree + 2}, increasing"
-            )
-        spans = np.flatnonzero(np.diff(t) > 0)
-        spans = spans[(spans >= degree) & (spans < m)]
-        every = BSpline(t, np.eye(m), degree)
-        # Taylor coefficients at the left end of each cell.
-        taylor = np.stack([every(t[spans], nu=r) / factorial(r) for r in range(degree + 1)])
-        pieces = np.zeros((len(spans), degree + 1, 3, degree + 1))
-        for cell, span in enumerate(spans):
-            powers = taylor[:, cell, span - degree : span + 1]
-            for derivative in range(3):
-                pieces[cell, : len(powers), derivative] = powers
-                powers = powers[1:] * np.arange(1, len(powers))[:, None]
-        even = np.allclose(pieces, pieces[:1], rtol=0, atol=1e-9 * np.abs(pieces).max())
-        if even:  # inner knots equally spaced: one set of pieces for all cells, to the same bit
-            pieces = np.broadcast_to(pieces[0], pieces.shape)
-        breaks = np.append(t[spans], t[m])
-        return cls(t, degree, breaks, spans - degree, pieces, bool(even), breaks[1:-1].tolist())
-
-    @property
-    def n_basis(self) -> int:
-        return len(self.knots) - self.degree - 1
-
-    def at(self, x: float) -> tuple[int, Array]:
-        """First basis function and (3, degree + 1) derivatives at one point."""
-        cell = bisect_right(self.break_list, x)
-        t = min(max(x, self.breaks[0]), self.breaks[-1]) - self.breaks[cell]
-        pieces = self.pieces[cell]
-        values = pieces[-1]
-        for power in range(self.degree - 1, -1, -1):
-            values = values * t + pieces[power]
-        return int(self.first[cell]), values
-
-    def at_all(self, x: Array, order: int) -> tuple[Index, Array]:
-        """First basis functions (n,) and derivatives (order + 1, degree + 1, n)."""
-        cell = np.searchsorted(self.breaks[1:-1], x, side="right")
-        t = np.clip(x, self.breaks[0], self.breaks[-1]) - self.breaks[cell]
-        pieces = np.moveaxis(self.pieces[:, :, : order + 1], 0, -1)
-        pieces = pieces[..., :1] if self.even else pieces[..., cell]
-        values = pieces[-1]
-        for power in range(self.degree - 1, -1, -1):
-            values = values * t + pieces[power]
-        return self.first[cell], values
+_MAX_TABLED = 2**23  # floats (64 MiB) kept of polynomials of cells; three dimensions take 0.14e6
 
 
 @dataclass(frozen=True)
@@ -136,9 +73,15 @@ class TensorBasis:
         return cls(tuple(knots), degree)
 
     @cached_property
-    def axes(self) -> tuple[_Axis, ...]:
+    def axes(self) -> tuple[KnotAxis, ...]:
         """The dimensions, ready for evaluation."""
-        return tuple(_Axis.of(knots, self.degree) for knots in self.knots)
+        return tuple(KnotAxis.of(knots, self.degree) for knots in self.knots)
+
+    @cached_property
+    def cells(self) -> tuple[tuple[list[float], list[float], float, float, int], ...]:
+        """Inner and all breaks, ends and number of cells along each dimension, as plain floats."""
+        every = [axis.breaks.tolist() for axis in self.axes]
+        return tuple((b[1:-1], b, b[0], b[-1], len(b) - 1) for b in every)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -220,24 +163,26 @@ class TensorBSpline:
         c.flags.writeable = False
         object.__setattr__(self, "coefficients", c)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Leave out of pickles what is made again on demand."""
+        return TensorBSpline, (self.basis, self.coefficients)
+
+    @cached_property
+    def tables(self) -> tuple[dict[int, Array], ...]:
+        """Polynomials of the cells visited, for each order; see `SplineEvaluator`."""
+        return {}, {}, {}
+
     def jet(self, point: Array, order: int) -> tuple[float, Array, Array]:
         """Return value, gradient (n,) and Hessian (n, n) at one point.
 
-        Touches only the (degree + 1)**n coefficients that matter there. Derivatives above
-        ``order`` (0 to 2) are left as empty arrays.
+        Derivatives above ``order`` (0 to 2) are left as empty arrays.
         """
-        n, width = len(point), self.basis.degree + 1
-        patch: Array = self.coefficients
-        local = [axis.at(x) for axis, x in zip(self.basis.axes, point.tolist(), strict=True)]
-        patch = patch[tuple([slice(first, first + width) for first, _ in local])]
-        for _, values in local:
-            patch = patch.reshape(width, -1).T @ values[: order + 1].T
-        patch = patch.reshape((order + 1,) * n)
-        gradient, hessian = _derivative_index(n)
+        n = len(point)
+        parts = SplineEvaluator(self, order)(point.tolist())
         return (
-            float(patch[(0,) * n]),
-            patch[gradient] if order >= 1 else np.empty(0),
-            patch[hessian] if order >= 2 else np.empty((0, 0)),
+            float(parts[0]),
+            parts[1 : n + 1] if order >= 1 else np.empty(0),
+            parts[n + 1 :].reshape(n, n) if order >= 2 else np.empty((0, 0)),
         )
 
     def jets(self, points: Array, order: int) -> tuple[Array, Array, Array]:
@@ -277,6 +222,109 @@ class TensorBSpline:
                 contracted[:, derivative] = total
             patch = contracted
         return patch.reshape((order + 1,) * len(local) + (n_points,))
+
+
+class SplineEvaluator:
+    """A spline and its derivatives at one point after another, for loops that cannot wait.
+
+    On a knot cell the spline and each of its derivatives is a polynomial. Its coefficients are
+    tabled when the cell is first visited (some 30 microseconds), split in two groups of
+    dimensions, so that a point costs two products of small matrices into arrays made beforehand.
+
+    One evaluator serves one thread: the next point overwrites the array that was returned.
+
+    Parameters
+    ----------
+    spline
+    order
+        Highest derivative, 0 to 2.
+    """
+
+    def __init__(self, spline: TensorBSpline, order: int = 1) -> None:
+        self._spline, self._order = spline, order
+        basis = spline.basis
+        n, width = len(basis.axes), basis.degree + 1
+        self._half = (n + 1) // 2
+        self._cells = basis.cells
+        self._powers = _cubic_powers if width == 4 else partial(_powers, width)
+        self._tables = spline.tables[order]
+        n_front, n_back = width**self._half, width ** (n - self._half)
+        n_parts = (1, 1 + n, 1 + n + n * n)[order]
+        self._front, self._back = np.empty(n_front), np.empty(n_back)
+        self._set_front, self._set_back = _packer(n_front), _packer(n_back)
+        self._middle = np.empty(n_parts * n_back)
+        self._middle_rows = self._middle.reshape(n_parts, n_back)
+        self._parts = np.empty(n_parts)
+
+    def __call__(self, point: Sequence[float]) -> Array:
+        """Return value, then gradient (n,), then Hessian (n * n,), up to the order, in one array.
+
+        It is the same array each time.
+        """
+        number, powers = 0, []
+        for x, (inner, breaks, low, high, count) in zip(point, self._cells, strict=True):
+            cell = bisect_right(inner, x)
+            number = number * count + cell
+            inside = low if x < low else high if x > high else x
+            powers.append(self._powers(inside - breaks[cell]))
+        table = self._tables.get(number)
+        if table is None:
+            table = self._table(number)
+        self._set_front(self._front, 0, *_products(powers[: self._half]))
+        self._set_back(self._back, 0, *_products(powers[self._half :]))
+        np.dot(self._front, table, self._middle)
+        np.dot(self._middle_rows, self._back, self._parts)
+        return self._parts
+
+    def _table(self, number: int) -> Array:
+        """Polynomial coefficients on a cell: (front powers, parts * back powers)."""
+        basis, order = self._spline.basis, self._order
+        n = len(basis.axes)
+        cells = np.unravel_index(number, [axis[-1] for axis in self._cells])
+        firsts = [int(axis.first[cell]) for axis, cell in zip(basis.axes, cells, strict=True)]
+        c = self._spline.coefficients[tuple(slice(i, i + basis.degree + 1) for i in firsts)]
+        for axis, cell in zip(basis.axes, cells, strict=True):
+            # (basis function, ...) -> (..., power, derivative)
+            c = np.tensordot(c, axis.pieces[cell, :, : order + 1], axes=(0, 2))
+        c = np.transpose(c, (*range(1, 2 * n, 2), *range(0, 2 * n, 2)))
+        gradient, hessian = _derivative_index(n)
+        rows = [c[(0,) * n][None]]
+        rows += [c[gradient]] if order >= 1 else []
+        rows += [c[hessian].reshape((n * n, *c.shape[n:]))] if order >= 2 else []
+        table = np.concatenate(rows).reshape(-1, len(self._front), len(self._back))
+        table = np.ascontiguousarray(table.transpose(1, 0, 2)).reshape(len(self._front), -1)
+        if (len(self._tables) + 1) * table.size > _MAX_TABLED:
+            self._tables.clear()
+        self._tables[number] = table
+        return table
+
+
+def _products(powers: list[list[float]]) -> list[float]:
+    """All products of one entry of each, the last dimension fastest."""
+    if not powers:
+        return [1.0]
+    row = powers[0]
+    for other in powers[1:]:
+        row = [a * b for a in row for b in other]
+    return row
+
+
+def _powers(width: int, t: float) -> list[float]:
+    row = [1.0]
+    for _ in range(width - 1):
+        row.append(row[-1] * t)
+    return row
+
+
+def _cubic_powers(t: float) -> list[float]:
+    square = t * t
+    return [1.0, t, square, square * t]
+
+
+@cache
+def _packer(count: int) -> Callable[..., None]:
+    """Write ``count`` floats into an array; half the time of assigning a tuple to a slice."""
+    return Struct(f"{count}d").pack_into
 
 
 def _derivative_index(n: int) -> tuple[tuple[Index, ...], tuple[Index, ...]]:

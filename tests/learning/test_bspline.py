@@ -1,11 +1,14 @@
 """Tensor B-splines against scipy, finite differences and the properties they must have."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.interpolate import NdBSpline
 
 from handsim.errors import InputError
-from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning import bspline
+from handsim.learning.bspline import SplineEvaluator, TensorBasis, TensorBSpline
 
 SHAPES = {1: (9,), 2: (9, 8), 3: (7, 6, 8), 4: (6, 5, 7, 6), 5: (6, 5, 5, 6, 5)}
 
@@ -37,13 +40,58 @@ def test_values_and_derivatives_agree_with_scipy(n: int, degree: int) -> None:
 
 
 @pytest.mark.parametrize("n", SHAPES)
-def test_one_point_and_many_points_agree(n: int) -> None:
-    spline = random_spline(n)
-    points = np.vstack([points_in(spline), spline.basis.lower, spline.basis.upper])
+@pytest.mark.parametrize("degree", [1, 2, 3, 4])
+def test_one_point_and_many_points_agree(n: int, degree: int) -> None:
+    spline = random_spline(n, degree)
+    outside = spline.basis.upper + 0.1 * np.arange(n)
+    points = np.vstack([points_in(spline, 15), spline.basis.lower, spline.basis.upper, outside])
     many = spline.jets(points, 2)
     for i, point in enumerate(points):
         for one, batch in zip(spline.jet(point, 2), many, strict=True):
-            np.testing.assert_allclose(one, batch[i], atol=1e-12)
+            np.testing.assert_allclose(one, batch[i], atol=1e-10)
+
+
+def test_one_evaluator_serves_all_points() -> None:
+    spline = random_spline(3)
+    evaluators = [SplineEvaluator(spline, order) for order in range(3)]
+    for point in points_in(spline):
+        value, gradient, hessian = spline.jet(point, 2)
+        parts = [value, *gradient, *hessian.ravel()]
+        for evaluate, count in zip(evaluators, (1, 4, 13), strict=True):
+            np.testing.assert_allclose(evaluate(point.tolist()), parts[:count], rtol=1e-9)
+            assert evaluate(point.tolist()) is evaluate(point.tolist())  # no new array
+
+
+def test_uneven_cells_have_tables_of_their_own() -> None:
+    basis = TensorBasis(
+        (np.array([0, 0, 0, 0, 0.3, 0.35, 1.1, 2, 2, 2, 2.0]), np.arange(12) ** 1.3)
+    )
+    spline = TensorBSpline(basis, np.random.default_rng(4).normal(size=basis.shape))
+    points = points_in(spline, 60)
+    many = spline.jets(points, 1)
+    for i, point in enumerate(points):
+        value, gradient, _ = spline.jet(point, 1)
+        assert value == pytest.approx(many[0][i])
+        np.testing.assert_allclose(gradient, many[1][i], atol=1e-9)
+    assert 10 < len(spline.tables[1]) <= 20  # of 4 x 5 cells
+
+
+def test_tables_of_cells_are_bounded_and_left_out_of_pickles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    spline = random_spline(2)
+    monkeypatch.setattr(bspline, "_MAX_TABLED", 3 * 48)
+    points = points_in(spline, 60)
+    spline.jet(points[0], 1)
+    with_one = len(pickle.dumps(spline))
+    values = spline.jets(points, 1)[0]
+    for point, value in zip(points, values, strict=True):
+        assert spline.jet(point, 1)[0] == pytest.approx(value)
+        assert 1 <= len(spline.tables[1]) <= 3
+    copy = pickle.loads(pickle.dumps(spline))
+    assert len(spline.tables[1]) > 1 and len(pickle.dumps(spline)) == with_one
+    np.testing.assert_array_equal(copy.coefficients, spline.coefficients)
+    assert copy.jet(points[0], 1)[0] == spline.jet(points[0], 1)[0]
 
 
 def test_uneven_and_clamped_knots() -> None:

@@ -142,7 +142,7 @@ def test_what_cannot_be_certified_says_why() -> None:
 
     class Other:
         lower, upper = basis().lower, basis().upper
-        log_jet = staticmethod(negative.log_jet)
+        evaluator = staticmethod(negative.evaluator)
         log_jets = staticmethod(negative.log_jets)
 
     other: Obstacle = Other()

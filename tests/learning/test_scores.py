@@ -108,7 +108,9 @@ def test_slices_hold_the_fields(flat: GraspController) -> None:
     phi, gradient = flat.navigation.value_and_gradient(z, goal)
     assert cut.phi[4, 9] == pytest.approx(phi)
     np.testing.assert_allclose(cut.flow[4, 9], -gradient[[0, 2]] / np.linalg.norm(gradient))
-    assert cut.ln_beta[4, 9] == pytest.approx(flat.navigation.obstacle.log_jet(z, 2.0)[0])
+    assert cut.ln_beta[4, 9] == pytest.approx(
+        flat.navigation.obstacle.evaluator(2.0)(z.tolist())[0]
+    )
     for bad in ((0, 0), (0, 3)):
         with pytest.raises(InputError, match="two different"):
             slice_through(flat.navigation, goal, bad)
