@@ -146,6 +146,35 @@ class Wrist:
         mujoco.mju_rotVecQuat(offset, self._pos, quat)
         return palm_pos - offset, quat
 
+    def forearms(self, palm_pos: Array, palm_quat: Array, q: Array) -> tuple[Array, Array]:
+        """Return what `forearm` does for many poses (n, 3), (n, 4) and postures (n, 22) at once."""
+        bent = np.broadcast_to(self._quat, palm_quat.shape)
+        for index, axis in self._joints:
+            half = 0.5 * q[:, index]
+            turn = np.column_stack([np.cos(half), np.sin(half)[:, None] * axis])
+            bent = _product(bent, turn)
+        quat = _product(palm_quat, bent * np.array([1.0, -1.0, -1.0, -1.0]))
+        return palm_pos - _turned(self._pos, quat), quat
+
+
+def _product(a: Array, b: Array) -> Array:
+    """Multiply quaternions (n, 4), rounded as MuJoCo's function for two of them is."""
+    (aw, ax, ay, az), (bw, bx, by, bz) = a.T, b.T
+    w = (aw * bw - ax * bx) - (ay * by + az * bz)
+    x = (aw * bx + ax * bw) + (ay * bz - az * by)
+    y = (aw * by - ax * bz) + (ay * bw + az * bx)
+    z = (aw * bz + ax * by) - (ay * bx - az * bw)
+    return np.column_stack([w, x, y, z])
+
+
+def _turned(vector: Array, quat: Array) -> Array:
+    """Turn a vector (3,) by quaternions (n, 4), rounded as MuJoCo's function is."""
+    w, x, y, z = quat.T
+    a, b, c = vector
+    i, j, k = w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a
+    turned = [a + 2 * (y * k - z * j), b + 2 * (z * i - x * k), c + 2 * (x * j - y * i)]
+    return np.column_stack(turned)
+
 
 def _pinching(hand: HandModel) -> Array:
     """Points of the distal segments' surfaces half-way between pad and tip, (5, 3) [m]."""

@@ -1,140 +1,47 @@
 """Run one grasp in contact physics: glove, driver, squeeze, forearm, and what is recorded of it.
 
 Once every hundredth of a second the glove is read, the driver gives joint targets, the squeeze is
-added, and the forearm is put where the palm's path and the commanded wrist angles need it.
+added, and the forearm is put where the palm's path and the commanded wrist angles need it. Once
+the reach is over the targets stay what they are, so that all that follows is commanded at once.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
-from handsim.hand.grasp_object import GraspObject
-from handsim.hand.grasp_task import Task
-from handsim.hand.model import HandModel
-from handsim.hand.objects import read_mesh
-from handsim.hand.scene import build_scene
-from handsim.joints import LOWER, UPPER
 from handsim.simulation.alignment import Wrist
-from handsim.simulation.conditions import Conditions
+from handsim.simulation.contacts import ContactLog
+from handsim.simulation.course import LOST, Course
 from handsim.simulation.drivers import Driver
 from handsim.simulation.glove import RATE, DataGlove
-from handsim.simulation.plan import GraspPlan, PalmPath, Pose, Schedule, schedule_for
-from handsim.simulation.rollout import (
-    CONTACT_PARTS,
-    Phase,
-    Rollout,
-    current_versions,
-)
-from handsim.simulation.squeeze import ramp, squeeze_offset
-from handsim.simulation.trials import GraspTraces, judge
+from handsim.simulation.plan import GraspPlan, Schedule, schedule_for
+from handsim.simulation.rollout import Rollout
+from handsim.simulation.seen import POSES, judged
+from handsim.simulation.stage import Stage
 
 Array = npt.NDArray[np.float64]
 
-SHAKE_FREQUENCY = 2.0
-"""Of the base's shaking during the hold [Hz]."""
 MAX_SPEED = 500.0
 """Joint or body speed above which a simulation is taken to have diverged [m/s or rad/s]."""
-_BAD_NUMBERS = (
-    mujoco.mjtWarning.mjWARN_BADCTRL,
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
+BAD_NUMBERS = tuple(
+    int(kind)
+    for kind in (
+        mujoco.mjtWarning.mjWARN_BADCTRL,
+        mujoco.mjtWarning.mjWARN_BADQPOS,
+        mujoco.mjtWarning.mjWARN_BADQVEL,
+        mujoco.mjtWarning.mjWARN_BADQACC,
+    )
 )
-LOST = 0.02
-"""Rise [m] that an object must show while the palm rises twice as far."""
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A compiled scene and where its parts are, to be simulated in many times over.
-
-    Attributes
-    ----------
-    task
-        For the right or left hand that is in the scene.
-    conditions
-        What the scene was built with.
-    hand
-        The scene's model and data.
-    xml
-        The model as text.
-    mocap
-        Row of the forearm's target.
-    thing
-        The object.
-    front : (3,) [m]
-        Its front end in its own frame.
-    object_body, palm_body
-        Body ids.
-    part_of_geom : (n_geom,)
-        Column of `CONTACT_PARTS` for the hand's geoms, -1 for all others.
-    of_object : (n_geom,)
-        Whether a geom belongs to the object.
-    lead : (22,) [s]
-        Damping over stiffness of the actuators.
-    """
-
-    task: Task
-    conditions: Conditions
-    hand: HandModel
-    xml: str
-    mocap: int
-    thing: GraspObject
-    front: Array
-    object_body: int
-    palm_body: int
-    part_of_geom: npt.NDArray[np.intp]
-    of_object: npt.NDArray[np.bool_]
-    lead: Array
-
-    @classmethod
-    def build(cls, task: Task, conditions: Conditions) -> "Stage":
-        """Build the scene of a task under the given conditions."""
-        dx, dy, yaw = conditions.object_offset
-        spec = build_scene(
-            task,
-            hand_length=conditions.hand_length,
-            hand_breadth=conditions.hand_breadth,
-            side=conditions.side,
-            friction=conditions.friction,
-            mass_scale=conditions.mass_scale,
-            offset=(dx, dy),
-            turn=yaw,
-        )
-        hand = HandModel.from_spec(spec)
-        model = hand.model
-        object_body = model.body("object").id
-        root = model.body_rootid[model.geom_bodyid]
-        index = hand.ctrl_index
-        stiffness = model.actuator_gainprm[index, 0]
-        damping = -model.actuator_biasprm[index, 2]
-        thing = task.thing
-        return cls(
-            task=task.for_side(conditions.side),
-            conditions=conditions,
-            hand=hand,
-            xml=spec.to_xml(),
-            mocap=int(model.body("forearm_target").mocapid[0]),
-            thing=thing,
-            front=_front_end(thing),
-            object_body=object_body,
-            palm_body=model.body("palm").id,
-            part_of_geom=_parts(model),
-            of_object=root == object_body,
-            lead=damping / stiffness,
-        )
+"""MuJoCo's warnings of what is no number; but for the controls it starts again from rest."""
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
+def silent() -> Iterator[None]:
     """Keep MuJoCo from telling the terminal and a log file what the outcome will tell."""
     kept = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
@@ -144,7 +51,7 @@ def _silent() -> Iterator[None]:
         mujoco.set_mju_user_warning(kept)
 
 
-@_silent()
+@silent()
 def simulate(
     stage: Stage,
     plan: GraspPlan,
@@ -177,197 +84,114 @@ def simulate(
     """
     glove = glove or DataGlove()
     schedule = schedule or schedule_for(stage.task)
-    generator = np.random.default_rng(stage.conditions.seed)
-    run = _Run(stage, plan, schedule, generator)
+    course = Course.of(plan, stage.task, schedule).disturbed(stage.conditions, glove)
+    run = _Run(stage, course, driver, glove)
+    run.start(plan.q_start)
     model, data = stage.hand.model, stage.hand.data
-    substeps = round(1.0 / (RATE * model.opt.timestep))
-    arrived = False
-    for tick, time in enumerate(run.times.tolist()):
-        reading = glove.read(stage.hand.q, generator)
-        if time <= schedule.reach:
-            arrived = driver.arrived(reading)
-        run.command(tick, driver.targets(time, reading))
-        run.record(time, reading, driver.coordinates(reading))
+    substeps = steps_per_reading(model)
+    closed = int(np.searchsorted(course.times, driver.reach, side="right"))
+    speed, warnings = data.qvel, data.warning.number
+    n, unstable = len(course.times), False
+    for tick in range(n):
+        if tick < closed:
+            run.command(tick)
+        elif tick == closed:
+            run.command_rest(tick)
+        run.send_and_keep(tick)
         mujoco.mj_step(model, data, nstep=substeps)
-        if run.diverged():
-            return run.finish(driver, arrived, unstable_at=time)
-        if brief and run.lost(tick):
+        # The sum of squares tells at once where no single speed can be too large.
+        if not speed @ speed <= MAX_SPEED**2 or warnings.any():
+            unstable = diverged(speed, warnings)
+        if unstable or (brief and run.lost(tick)):
+            n = tick + 1
             break
-    return run.finish(driver, arrived)
+    return judged(stage, course, driver, glove, run.seen(n), unstable=unstable)
+
+
+def steps_per_reading(model: mujoco.MjModel) -> int:
+    """Return how many steps MuJoCo makes between two readings of the glove."""
+    return round(1.0 / (RATE * model.opt.timestep))
+
+
+def diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> bool:
+    """Whether a state has left all bounds, by its velocities and its warnings' counters."""
+    return bool(warnings[list(BAD_NUMBERS)].any() or not (np.abs(qvel) <= MAX_SPEED).all())
 
 
 class _Run:
-    """State and traces of one run."""
+    """One run: what is commanded and what is seen, a row for each reading."""
 
-    def __init__(
-        self, stage: Stage, plan: GraspPlan, schedule: Schedule, generator: np.random.Generator
-    ) -> None:
-        self.stage, self.schedule = stage, schedule
-        self.model, self.data = stage.hand.model, stage.hand.data
-        mujoco.mj_resetData(self.model, self.data)
-        yaw = np.deg2rad(stage.task.yaw_deg)
-        expected = Rotation.from_euler("z", yaw).as_quat(scalar_first=True)
-        path = PalmPath(plan, stage.task, schedule, Pose(np.zeros(3), expected))
-        self.times = np.arange(round(schedule.end * RATE) + 1) / RATE
-        self.palm_pos, self.palm_quat = path.poses(self.times)
-        self.palm_pos += _shaking(self.times, stage.conditions.shake, schedule, generator)
-        strength = ramp(self.times, schedule.squeeze_start, schedule.squeeze)
-        squeeze = squeeze_offset(plan.squeeze, stage.task.grasp.fingers)
-        self.added = strength[:, None] * squeeze + path.flexions(self.times)
-        self.action_tick = round(schedule.action_start * RATE)
-        self.wrist = Wrist(self.model)
-        self.samples: dict[str, list[Any]] = {}
-        self._place_hand(plan.q_start)
+    def __init__(self, stage: Stage, course: Course, driver: Driver, glove: DataGlove) -> None:
+        self.stage, self.course, self.driver, self.glove = stage, course, driver, glove
+        self.wrist = Wrist(stage.hand.model)
+        model, data = stage.hand.model, stage.hand.data
+        n = len(course.times)
+        self.ctrl = np.zeros((n, model.nu))
+        self.mocap_pos, self.mocap_quat = np.empty((n, 3)), np.empty((n, 4))
+        self.contacts = ContactLog(data)
+        body = {"object": stage.object_body, "palm": stage.palm_body}
+        views = {"qpos": data.qpos, "qvel": data.qvel}
+        views |= {name: getattr(data, array)[body[of]] for name, (array, of) in POSES.items()}
+        self.kept = {name: np.empty((n, *view.shape)) for name, view in views.items()}
+        self.pairs = [(self.kept[name], view) for name, view in views.items()]
+        self.sent = [
+            (self.ctrl, data.ctrl),
+            (self.mocap_pos, data.mocap_pos[stage.mocap]),
+            (self.mocap_quat, data.mocap_quat[stage.mocap]),
+        ]
 
-    def _place_hand(self, q_start: Array) -> None:
+    def start(self, q_start: Array) -> None:
         """Put hand and forearm at the start, at rest."""
-        free = self.data.joint("forearm")
-        free.qpos[:3], free.qpos[3:] = self.wrist.forearm(
-            self.palm_pos[0], self.palm_quat[0], q_start
+        hand, course = self.stage.hand, self.course
+        mujoco.mj_resetData(hand.model, hand.data)
+        free = hand.data.joint("forearm")
+        pose = self.wrist.forearm(course.palm_pos[0], course.palm_quat[0], q_start)
+        free.qpos[:3], free.qpos[3:] = pose
+        hand.set_posture(q_start)
+
+    def command(self, tick: int) -> None:
+        """Read the glove and lay down where actuators and forearm are to go."""
+        course, hand = self.course, self.stage.hand
+        reading = self.glove.reading(hand.q, course.disturbance[tick])
+        targets = self.driver.targets(float(course.times[tick]), reading)
+        ctrl = course.commanded(targets, tick)
+        self.ctrl[tick, hand.ctrl_index] = ctrl
+        self.mocap_pos[tick], self.mocap_quat[tick] = self.wrist.forearm(
+            course.palm_pos[tick], course.palm_quat[tick], ctrl
         )
-        self.stage.hand.set_posture(q_start)
 
-    def command(self, tick: int, targets: Array) -> None:
-        """Set the actuators' targets, squeeze included, and the forearm's."""
-        data, mocap = self.data, self.stage.mocap
-        ctrl = np.clip(targets + self.added[tick], LOWER, UPPER)
-        data.ctrl[self.stage.hand.ctrl_index] = ctrl
-        data.mocap_pos[mocap], data.mocap_quat[mocap] = self.wrist.forearm(
-            self.palm_pos[tick], self.palm_quat[tick], ctrl
+    def command_rest(self, tick: int) -> None:
+        """Lay down all that is left, from a reading on: the targets stay what they are."""
+        course, hand, rest = self.course, self.stage.hand, slice(tick, None)
+        reading = self.glove.reading(hand.q, course.disturbance[tick])
+        targets = self.driver.targets(float(course.times[tick]), reading)
+        ctrl = course.commanded(targets, rest)
+        self.ctrl[rest, hand.ctrl_index] = ctrl
+        self.mocap_pos[rest], self.mocap_quat[rest] = self.wrist.forearms(
+            course.palm_pos[rest], course.palm_quat[rest], ctrl
         )
 
-    def record(self, time: float, reading: Array, z: Array) -> None:
-        """Keep a sample of everything."""
-        data, stage, rule = self.data, self.stage, self.stage.task.rule
-        force, depth = self._contact()
-        sample = {
-            "time": time,
-            "qpos": data.qpos.copy(),
-            "qvel": data.qvel.copy(),
-            "ctrl": data.ctrl.copy(),
-            "mocap_pos": data.mocap_pos[stage.mocap].copy(),
-            "mocap_quat": data.mocap_quat[stage.mocap].copy(),
-            "reading": reading,
-            "z": z,
-            "contact_force": force,
-            "penetration": depth,
-            "object_pos": data.xipos[stage.object_body].copy(),
-            "object_quat": data.xquat[stage.object_body].copy(),
-            "palm_pos": data.xpos[stage.palm_body].copy(),
-            "palm_quat": data.xquat[stage.palm_body].copy(),
-            "front_pos": self._front(),
-            "hinge": float(data.joint(rule.joint).qpos[0]) if rule.joint else 0.0,
-        }
-        for name, value in sample.items():
-            self.samples.setdefault(name, []).append(value)
-
-    def _front(self) -> Array:
-        """Return where the object's front end is in the world, (3,) [m]."""
-        turn = self.data.xmat[self.stage.object_body].reshape(3, 3)
-        return self.data.xpos[self.stage.object_body] + turn @ self.stage.front
-
-    def _contact(self) -> tuple[Array, float]:
-        """Sum of normal forces per part of the hand on the object, and the deepest overlap."""
-        force = np.zeros(len(CONTACT_PARTS))
-        contact = self.data.contact
-        if self.data.ncon == 0:
-            return force, 0.0
-        first, second = contact.geom[:, 0], contact.geom[:, 1]
-        parts = self.stage.part_of_geom
-        part = np.maximum(parts[first], parts[second])
-        held = (part >= 0) & (self.stage.of_object[first] | self.stage.of_object[second])
-        held &= contact.efc_address >= 0
-        normal = self.data.efc_force[contact.efc_address[held]]
-        np.add.at(force, part[held], normal)
-        depth = float(max(0.0, -contact.dist[held].min())) if held.any() else 0.0
-        return force, depth
-
-    def diverged(self) -> bool:
-        """Whether the state has left all bounds."""
-        # MuJoCo warns of what is no number and, but for the controls, starts again from rest.
-        warned = any(self.data.warning[kind].number for kind in _BAD_NUMBERS)
-        return bool(warned or not (np.abs(self.data.qvel) <= MAX_SPEED).all())
+    def send_and_keep(self, tick: int) -> None:
+        """Give the commands to the simulation and keep a sample of everything."""
+        for rows, view in self.sent:
+            view[:] = rows[tick]
+        for rows, view in self.pairs:
+            rows[tick] = view
+        self.contacts.keep()
 
     def lost(self, tick: int) -> bool:
         """Whether the object stays behind a palm that was to lift it."""
-        rise = self.palm_pos[tick, 2] - self.palm_pos[self.action_tick, 2]
-        if self.stage.task.rule.lift < LOST or tick <= self.action_tick or rise < 2 * LOST:
+        if self.stage.task.rule.lift < LOST or self.course.lift[tick] < 2 * LOST:
             return False
-        height = self.data.xipos[self.stage.object_body, 2] - self.samples["object_pos"][0][2]
-        return bool(height < LOST)
+        rise = self.stage.hand.data.xipos[self.stage.object_body, 2] - self.kept["object_pos"][0, 2]
+        return bool(rise < LOST)
 
-    def finish(self, driver: Driver, arrived: bool, unstable_at: float | None = None) -> Rollout:
-        """Judge the traces and make them a record."""
-        arrays = {name: np.array(values) for name, values in self.samples.items()}
-        if unstable_at is not None:  # files hold numbers only
-            arrays = {name: np.nan_to_num(values) for name, values in arrays.items()}
-        stage, schedule = self.stage, self.schedule
-        traces = GraspTraces(
-            time=arrays["time"],
-            object_pos=arrays.pop("object_pos"),
-            object_quat=arrays.pop("object_quat"),
-            palm_pos=arrays.pop("palm_pos"),
-            palm_quat=arrays.pop("palm_quat"),
-            touching=(arrays["contact_force"] > 0).sum(axis=1),
-            penetration=arrays["penetration"],
-            action_start=schedule.action_start,
-            symmetry=stage.thing.symmetry,
-            front_pos=arrays.pop("front_pos"),
-            hinge=arrays.pop("hinge"),
-            arrived=arrived,
-            unstable_at=unstable_at,
-        )
-        return Rollout(
-            task=stage.task.name,
-            driver=driver.name,
-            model_xml=stage.xml,
-            assets={},
-            phases=_phases(schedule),
-            conditions=stage.conditions,
-            outcome=judge(traces, stage.task),
-            versions=current_versions(),
-            **arrays,
-        )
-
-
-def _front_end(thing: GraspObject) -> Array:
-    """Return the middle of what lies farthest along the object's x, (3,) [m]."""
-    meshes = (read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in thing.pieces)
-    vertices = np.concatenate([mesh.vertices for mesh in meshes])
-    return vertices[vertices[:, 0] > vertices[:, 0].max() - 1e-5].mean(axis=0)
-
-
-def _parts(model: mujoco.MjModel) -> npt.NDArray[np.intp]:
-    """Column of `CONTACT_PARTS` for each geom of the hand, -1 elsewhere."""
-    parts = np.full(model.ngeom, -1)
-    forearm_root = model.body_rootid[model.body("forearm").id]
-    for geom in range(model.ngeom):
-        body = model.geom_bodyid[geom]
-        if model.body_rootid[body] != forearm_root:
-            continue
-        name = model.body(body).name.split("_")[0]
-        parts[geom] = CONTACT_PARTS.index(name if name in CONTACT_PARTS else "palm")
-    return parts
-
-
-def _shaking(
-    times: Array, acceleration: float, schedule: Schedule, generator: np.random.Generator
-) -> Array:
-    """Return a horizontal shake of the hand in the hold, in a random direction, (n, 3) [m].
-
-    ``acceleration`` is its amplitude [m/s^2].
-    """
-    angle = generator.uniform(0.0, 2 * np.pi)
-    omega = 2 * np.pi * SHAKE_FREQUENCY
-    since = times - schedule.hold_start
-    swing = ramp(since, 0.0, 0.5) * acceleration / omega**2 * np.sin(omega * since)
-    return swing[:, None] * np.array([np.cos(angle), np.sin(angle), 0.0])
-
-
-def _phases(schedule: Schedule) -> tuple[Phase, ...]:
-    return (
-        Phase("reach", 0.0),
-        Phase("squeeze", schedule.squeeze_start),
-        Phase("action", schedule.action_start),
-        Phase("hold", schedule.hold_start),
-    )
+    def seen(self, n: int) -> dict[str, Array]:
+        """Return the first ``n`` samples, as `judged` wants them."""
+        stage = self.stage
+        commands = {
+            "ctrl": self.ctrl, "mocap_pos": self.mocap_pos, "mocap_quat": self.mocap_quat,
+        }  # fmt: skip
+        samples = {name: rows[:n] for name, rows in (self.kept | commands).items()}
+        force, depth = self.contacts.totals(stage.part_of_geom, stage.of_object)
+        return samples | {"contact_force": force, "penetration": depth}

@@ -23,12 +23,20 @@ class Driver(Protocol):
         """What the driver is called in a rollout."""
         ...
 
+    @property
+    def reach(self) -> float:
+        """When the reach ends [s]: from then on the targets stay, whatever is read."""
+        ...
+
     def targets(self, time: float, reading: Array) -> Array:
         """Return joint targets (22,) [rad] for a reading (22,) [rad] at ``time`` [s]."""
         ...
 
     def coordinates(self, reading: Array) -> Array:
-        """Return what the driver sees of a reading, (n_components,); empty for a script."""
+        """Return what the driver sees of readings (..., 22), (..., n_components); 0 for a script.
+
+        Readings together give the same bits as each by itself.
+        """
         ...
 
     def arrived(self, reading: Array) -> bool:
@@ -68,7 +76,7 @@ class ScriptedDriver:
 
     def coordinates(self, reading: Array) -> Array:
         """Return nothing: a script has no subspace."""
-        return np.empty(0)
+        return np.empty((*reading.shape[:-1], 0))
 
     def arrived(self, reading: Array) -> bool:
         """Return True: a script always plays to its end."""
@@ -109,14 +117,15 @@ class LearnedDriver:
         subspace = self.controller.subspace
         if time >= self.reach:
             return clip_to_range(subspace.inverse_transform(self.z_goal))
-        z = self.coordinates(reading)
+        z = subspace.transform(reading)
         velocity = self.timing.velocity(z, time)
         posture = subspace.inverse_transform(z)
         return clip_to_range(posture + (velocity @ subspace.components_) * self.lead)
 
     def coordinates(self, reading: Array) -> Array:
-        """Return the reading in the subspace, (n_components,) [rad]."""
-        return self.controller.subspace.transform(reading)
+        """Return readings in the subspace, (..., n_components) [rad]."""
+        # As many products of a vector with a matrix: one of two matrices would round otherwise.
+        return self.controller.subspace.transform(reading[..., None, :])[..., 0, :]
 
     def arrived(self, reading: Array) -> bool:
         """Whether the reading lies within 15 deg of the destination, contact included."""

@@ -29,5 +29,12 @@ class DataGlove:
 
     def read(self, q: Array, generator: np.random.Generator) -> Array:
         """Return the reading of joint angles ``q`` (..., 22) [rad]."""
-        noisy = q + self.noise * generator.standard_normal(q.shape)
-        return np.round(noisy / self.resolution) * self.resolution
+        return self.reading(q, self.disturbance(q.shape, generator))
+
+    def disturbance(self, shape: tuple[int, ...], generator: np.random.Generator) -> Array:
+        """Return noise for readings of that shape [rad]."""
+        return self.noise * generator.standard_normal(shape)
+
+    def reading(self, q: Array, disturbance: Array) -> Array:
+        """Return the reading of joint angles with noise that was drawn before [rad]."""
+        return np.rint((q + disturbance) / self.resolution) * self.resolution

@@ -8,7 +8,9 @@ model as XML with its meshes, states, commands, contact loads, versions and the 
 
 import math
 import platform
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,7 +45,25 @@ class Phase:
     start: float
 
 
-@dataclass(frozen=True)
+class _Text:
+    """A field of text that may be given as a function, which is called when the text is wanted."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = f"_{name}"
+
+    def __get__(self, instance: Any, owner: type | None = None) -> str:
+        if instance is None:
+            raise AttributeError(self._name)  # tells dataclasses that there is no default
+        value: str | Callable[[], str] = getattr(instance, self._name)
+        text = value if isinstance(value, str) else value()
+        self.__set__(instance, text)
+        return text
+
+    def __set__(self, instance: Any, value: str | Callable[[], str]) -> None:
+        object.__setattr__(instance, self._name, value)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Rollout:
     """A simulated grasp.
 
@@ -52,7 +72,8 @@ class Rollout:
     task, driver
         Name of the task, and of what drove the hand.
     model_xml, assets
-        The model, and the files it refers to by name.
+        The model, which may be given as a function that makes the text, and the files it refers
+        to by name.
     time : (n,) [s]
     qpos, qvel, ctrl : (n, nq), (n, nv), (n, nu)
         MuJoCo's arrays in the order of the model.
@@ -74,7 +95,7 @@ class Rollout:
 
     task: str
     driver: str
-    model_xml: str
+    model_xml: _Text = _Text()
     assets: dict[str, bytes]
     time: Array
     qpos: Array
@@ -139,6 +160,11 @@ _ARRAYS: dict[str, tuple[int | None, ...]] = {
 
 def current_versions() -> dict[str, str]:
     """Versions and platform that bear on the numbers of a simulation."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
     return {
         "handsim": version("handsim"),
         "mujoco": version("mujoco"),

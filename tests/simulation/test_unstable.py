@@ -37,6 +37,7 @@ class Troubled:
     trouble: object
     targets_after: np.ndarray = field(default_factory=lambda: np.zeros(N_JOINTS))
     name: str = "troubled"
+    reach: float = np.inf
 
     def targets(self, time, reading):
         if time < AT:
@@ -46,7 +47,7 @@ class Troubled:
         return self.targets_after
 
     def coordinates(self, reading):
-        return np.empty(0)
+        return np.empty((*reading.shape[:-1], 0))
 
     def arrived(self, reading):
         return True

@@ -1,0 +1,129 @@
+"""The scene of a task, compiled, and where its parts are."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from handsim.hand.grasp_object import GraspObject
+from handsim.hand.grasp_task import Task
+from handsim.hand.model import HandModel
+from handsim.hand.objects import read_mesh
+from handsim.hand.scene import build_scene
+from handsim.simulation.conditions import Conditions
+from handsim.simulation.contacts import parts_of_geoms, replace_sensors
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A compiled scene and where its parts are, to be simulated in many times over.
+
+    Attributes
+    ----------
+    task
+        For the right or left hand that is in the scene.
+    conditions
+        What the scene was built with.
+    hand
+        The scene's model and data.
+    xml
+        Gives the model as text, without the sensors of ``sensing``. It takes as long as compiling
+        and few ask for it, so that it is made when it is wanted.
+    mocap
+        Row of the forearm's target.
+    thing
+        The object.
+    front : (3,) [m]
+        Its front end in its own frame.
+    object_body, palm_body
+        Body ids.
+    part_of_geom : (n_geom,)
+        Column of `CONTACT_PARTS` for the hand's geoms, -1 for all others.
+    of_object : (n_geom,)
+        Whether a geom belongs to the object.
+    lead : (22,) [s]
+        Damping over stiffness of the actuators.
+    sensing
+        Whether the model has contact sensors, which a batch reads, in place of the hand's own.
+        Without, it computes no sensors at all.
+    """
+
+    task: Task
+    conditions: Conditions
+    hand: HandModel
+    xml: Callable[[], str]
+    mocap: int
+    thing: GraspObject
+    front: Array
+    object_body: int
+    palm_body: int
+    part_of_geom: npt.NDArray[np.intp]
+    of_object: npt.NDArray[np.bool_]
+    lead: Array
+    sensing: bool = False
+
+    @classmethod
+    def build(cls, task: Task, conditions: Conditions, *, sensing: bool = False) -> "Stage":
+        """Build the scene of a task under the given conditions."""
+        spec = _scene(task, conditions)
+        if sensing:
+            replace_sensors(spec)
+        hand = HandModel.from_spec(spec)
+        model = hand.model
+        if not sensing:
+            model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        object_body = model.body("object").id
+        root = model.body_rootid[model.geom_bodyid]
+        index = hand.ctrl_index
+        stiffness = model.actuator_gainprm[index, 0]
+        damping = -model.actuator_biasprm[index, 2]
+        thing = task.thing
+        return cls(
+            task=task.for_side(conditions.side),
+            conditions=conditions,
+            hand=hand,
+            xml=partial(_xml, task, conditions),
+            mocap=int(model.body("forearm_target").mocapid[0]),
+            thing=thing,
+            front=_front_end(thing),
+            object_body=object_body,
+            palm_body=model.body("palm").id,
+            part_of_geom=parts_of_geoms(model),
+            of_object=root == object_body,
+            lead=damping / stiffness,
+            sensing=sensing,
+        )
+
+
+def _xml(task: Task, conditions: Conditions) -> str:
+    spec = _scene(task, conditions)
+    spec.compile()
+    return spec.to_xml()
+
+
+def _scene(task: Task, conditions: Conditions) -> mujoco.MjSpec:
+    dx, dy, yaw = conditions.object_offset
+    return build_scene(
+        task,
+        hand_length=conditions.hand_length,
+        hand_breadth=conditions.hand_breadth,
+        side=conditions.side,
+        friction=conditions.friction,
+        mass_scale=conditions.mass_scale,
+        offset=(dx, dy),
+        turn=yaw,
+    )
+
+
+def _front_end(thing: GraspObject) -> Array:
+    """Return the middle of what lies farthest along the object's x, (3,) [m]."""
+    meshes = (read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in thing.pieces)
+    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    return vertices[vertices[:, 0] > vertices[:, 0].max() - 1e-5].mean(axis=0)
