@@ -127,12 +127,14 @@ class ExponentialObstacle:
         """Return ln beta_0 (N,), its gradients (N, n) and the diagonals of its Hessians (N, n)."""
         value, grad, hess = np.zeros(len(z)), np.zeros_like(z), np.zeros_like(z)
         for distance, inward in ((z - self.lower, 1.0), (self.upper - z, -1.0)):
-            t = np.clip(distance / self.width, _TINY_DEPTH, 1.0)
+            near = np.nonzero(distance < self.width)  # few points; elsewhere b is 1
+            width = self.width[near[1]]
+            t = np.maximum(distance[near] / width, _TINY_DEPTH)
             b = t * (3 - 3 * t + t * t)  # 1 - (1 - t)^3 without cancellation at the boundary
             slope = 3 * (1 - t) ** 2 / b
-            value += np.log(b).sum(axis=1)
-            grad += inward * slope / self.width
-            hess += (-6 * (1 - t) / b - slope**2) / self.width**2
+            value += np.bincount(near[0], np.log(b), minlength=len(z))
+            grad[near] += inward * slope / width
+            hess[near] += (-6 * (1 - t) / b - slope**2) / width**2
         return value, grad, hess
 
 
