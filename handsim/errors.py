@@ -27,8 +27,13 @@ class UnknownNameError(InputError, LookupError):
 
         near = get_close_matches(name, known, n=3, cutoff=0.4) or list(known[:3])
         super().__init__(f"unknown {kind} '{name}'; did you mean {', '.join(near)}?")
+        self.kind = kind
         self.name = name
         self.known = known
+
+    def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...]]]:
+        """Let it come through from another process."""
+        return type(self), (self.kind, self.name, self.known)
 
 
 class MissingToolError(HandsimError, RuntimeError):

@@ -9,7 +9,17 @@ from typing import NoReturn
 
 import typer
 
-from handsim.cli import baseline, grasping, hand, learning, machine, recordings, reporting, seeing
+from handsim.cli import (
+    baseline,
+    grasping,
+    hand,
+    learning,
+    machine,
+    recordings,
+    reporting,
+    seeing,
+    sweeping,
+)
 from handsim.errors import HandsimError
 
 app = typer.Typer(
@@ -31,6 +41,7 @@ for command in (
     learning.certify,
     learning.postures,
     grasping.grasp,
+    sweeping.sweep,
     seeing.render,
     seeing.figures,
     reporting.report,

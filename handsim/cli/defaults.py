@@ -3,8 +3,11 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
-from handsim.learning.controller import GraspController
+from handsim.learning.controller import GraspController, demonstrations_of
 from handsim.motion.recording import RecordingSet, read_recordings
 
 if TYPE_CHECKING:
@@ -42,3 +45,71 @@ def planning_grasper(
     return ControllerGrasper(
         learned, "replay" if replay else "plan", PlanStore(own), (PlanStore(hint),)
     )
+
+
+def grasper_without(
+    name: str, path: Path | None, folder: Path | None, conditions: "Conditions"
+) -> "ControllerGrasper":
+    """Return what grasps with a controller learned again without the recordings of an object.
+
+    A controller file does not hold its recordings, so that they have to be named, unless they are
+    the built-in ones. Plans are kept where those of the whole controller are. No plan is taken as
+    a hint: those of others have seen the object.
+
+    Parameters
+    ----------
+    name
+        The object.
+    path
+        The whole controller, which says how to learn. None is the built-in one, or, where
+        recordings are given, one learned from them with the usual settings.
+    folder
+        The recordings it was learned from; by default the built-in ones.
+    conditions
+        Their hand is planned for.
+
+    Raises
+    ------
+    InputError
+        If the controller was not learned from these recordings, or none are left.
+    UnknownNameError
+        If none is of that object.
+    """
+    from handsim.learning.learn import learn_controller, learn_like
+    from handsim.simulation.grasping import ControllerGrasper, without_object
+    from handsim.simulation.plan_store import PlanStore, plan_key
+
+    recordings = recordings_or_built_in(folder)
+    objects = tuple(dict.fromkeys(recording.object for recording in recordings))
+    if name not in objects:
+        raise UnknownNameError("recorded object", name, objects)
+    others = without_object(recordings, name)
+    if path is None and folder is not None:
+        learned = learn_controller(others).controller
+        plans = folder.resolve().with_name(f"{folder.resolve().name}.plans")
+    else:
+        whole = controller_or_built_in(path)
+        _check_learned_from(whole, recordings, path, folder)
+        learned = learn_like(whole, others)
+        plans = plan_folder(path)
+    store = PlanStore(plans / f"{plan_key(learned.digest, conditions)}.json")
+    return ControllerGrasper(learned, "plan", store)
+
+
+def _check_learned_from(
+    learned: GraspController, recordings: RecordingSet, path: Path | None, folder: Path | None
+) -> None:
+    """Compare the postures at both ends of the recordings with those that a controller keeps."""
+    given = demonstrations_of(recordings, learned.subspace)
+    kept = learned.demonstrations
+    same = len(given) == len(kept) and all(
+        a.name == b.name
+        and np.array_equal(a.q_start, b.q_start)
+        and np.array_equal(a.q_goal, b.q_goal)
+        for a, b in zip(given, kept, strict=True)
+    )
+    if not same:
+        raise InputError(
+            f"{path or 'the built-in controller'} was not learned from "
+            f"{folder or 'the built-in experiments'}; name its recordings with --recordings"
+        )

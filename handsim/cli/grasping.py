@@ -1,19 +1,20 @@
 """`handsim grasp`: grasps in contact physics, judged."""
 
-from collections.abc import Callable
-from itertools import count
+from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, say_table
 
 if TYPE_CHECKING:
-    from handsim.hand.grasp_task import Task
+    from handsim.hand.grasp_task import Side, Task
     from handsim.simulation.conditions import Conditions
-    from handsim.simulation.grasping import Grasper, TaskResult
+    from handsim.simulation.grasping import Grasper
+    from handsim.simulation.protocols import JudgedRun, JudgedTask
     from handsim.simulation.rollout import Rollout
 
 DEMONSTRATOR = "demonstrator"
@@ -31,11 +32,27 @@ def grasp(
             "--replay/--plan", help="Take the recorded destination, or plan one in the subspace."
         ),
     ] = False,
+    protocol: Annotated[
+        Literal["lift", "six-axis"],
+        typer.Option(help="What decides success: the task's rule, or pulls from six sides."),
+    ] = "lift",
+    leave_out: Annotated[
+        str | None,
+        typer.Option(
+            metavar="OBJECT", help="Learn without this object's recordings; grasp its tasks."
+        ),
+    ] = None,
+    recordings: Annotated[
+        Path | None,
+        typer.Option(help="What the controller was learned from, for --leave-out."),
+    ] = None,
     trials: Annotated[int, typer.Option(min=0, help="Perturbed trials beside the nominal.")] = 0,
     seed: Annotated[int, typer.Option(min=0, help="Of glove noise and perturbations.")] = 0,
     hand_length: Annotated[float | None, typer.Option(help="Hand length [m].")] = None,
     hand_breadth: Annotated[float | None, typer.Option(help="Hand breadth [m].")] = None,
+    side: Annotated[Literal["right", "left"], typer.Option(help="Side of the hand.")] = "right",
     friction: Annotated[float | None, typer.Option(help="Sliding friction of the hand.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes at once.")] = 1,
     require_success: Annotated[
         bool, typer.Option("--require-success", help="Exit with 1 unless every task succeeds.")
     ] = False,
@@ -44,47 +61,60 @@ def grasp(
     ] = None,
     json: JsonFlag = False,
 ) -> None:
-    """Grasp in physics and judge the outcome by the task's rule."""
+    """Grasp in physics and judge the outcome."""
     check_gl()
 
-    from handsim.simulation.grasping import grasp_task, summarise
-    from handsim.simulation.rollout import write_rollout
+    from handsim.simulation.protocols import JudgedTask, judge_runs, summarise
 
-    tasks = _tasks(task)
-    conditions = _conditions(seed, hand_length, hand_breadth, friction)
-    grasper = _grasper(controller, conditions, replay=replay)
+    tasks = _tasks(task, leave_out)
+    conditions = _conditions(seed, hand_length, hand_breadth, side, friction)
+    grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
     if output is not None:
         output.mkdir(exist_ok=True)
-    started, results = perf_counter(), []
-    with fraction_done("grasping") as done:
-        counted = _counted(grasper, done, len(tasks) * (1 + trials))
-        for each in tasks:
-            result = grasp_task(counted, each, conditions, trials)
-            results.append(result)
-            if output is None:
-                continue
-            for run in (result.nominal, *result.trials):
-                suffix = "" if run.conditions.nominal else f"-{run.conditions.seed}"
-                write_rollout(run, output / f"{each.name}{suffix}.npz")
+    started = perf_counter()
+    judged = judge_runs(grasper, tasks, conditions, trials, protocol=protocol, n_jobs=jobs)
+    runs = _kept(judged, output, len(tasks) * (1 + trials))
+    results = [
+        JudgedTask(each, tuple(run for _, run in of_task))
+        for each, of_task in groupby(runs, key=lambda pair: pair[0])
+    ]
     if json and task != "all":
-        say_json(results[0].as_json())
+        say_json(results[0].as_json() | _left_out(leave_out))
     elif json:
-        say_json(summarise(results, perf_counter() - started))
+        say_json(summarise(results, perf_counter() - started) | _left_out(leave_out))
     else:
         _show(results)
-    if require_success and not all(result.nominal.outcome.success for result in results):
+    if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
 
 
-def _tasks(name: str) -> "list[Task]":
+def _tasks(name: str, left_out: str | None) -> "list[Task]":
+    from handsim.errors import InputError, UnknownNameError
     from handsim.hand.tasks import task_by_name
     from handsim.simulation.experiments import demonstrated_tasks
 
-    return list(demonstrated_tasks()) if name == "all" else [task_by_name(name)]
+    tasks = list(demonstrated_tasks()) if name == "all" else [task_by_name(name)]
+    if left_out is None:
+        return tasks
+    of_object = [task for task in demonstrated_tasks() if task.object_name == left_out]
+    if not of_object:
+        objects = dict.fromkeys(task.object_name for task in demonstrated_tasks())
+        raise UnknownNameError("object", left_out, tuple(objects))
+    tasks = [task for task in tasks if task in of_object]
+    if not tasks:
+        named = ", ".join(task.name for task in of_object)
+        raise InputError(
+            f"task '{name}' is not of the object left out, {left_out}; give one of {named}, or all"
+        )
+    return tasks
 
 
 def _conditions(
-    seed: int, hand_length: float | None, hand_breadth: float | None, friction: float | None
+    seed: int,
+    hand_length: float | None,
+    hand_breadth: float | None,
+    side: "Side",
+    friction: float | None,
 ) -> "Conditions":
     from handsim.hand.anthropometry import hand_geometry
     from handsim.simulation.conditions import Conditions
@@ -94,52 +124,107 @@ def _conditions(
         seed=seed,
         hand_length=default.hand_length if hand_length is None else hand_length,
         hand_breadth=default.hand_breadth if hand_breadth is None else hand_breadth,
+        side=side,
         friction=default.friction if friction is None else friction,
     )
     hand_geometry(conditions.hand_length, conditions.hand_breadth)  # refuses what is no hand
     return conditions
 
 
-def _grasper(name: str | None, conditions: "Conditions", *, replay: bool) -> "Grasper":
-    from handsim.cli.defaults import planning_grasper
+def _grasper(
+    name: str | None,
+    conditions: "Conditions",
+    left_out: str | None,
+    recordings: Path | None,
+    *,
+    replay: bool,
+) -> "Grasper":
+    from handsim.cli.defaults import grasper_without, planning_grasper
+    from handsim.errors import InputError
     from handsim.simulation.demonstrator import demonstrate
 
+    if recordings is not None and left_out is None:
+        raise InputError("--recordings says what to learn from without an object; add --leave-out")
+    if left_out is not None and (replay or name == DEMONSTRATOR):
+        asked = (
+            "--replay takes a recorded destination" if replay else "the demonstrator is a script"
+        )
+        raise InputError(f"{asked}, so that --leave-out leaves out nothing; drop one of the two")
     if name == DEMONSTRATOR:
         return demonstrate
-    return planning_grasper(None if name is None else Path(name), conditions, replay=replay)
+    path = None if name is None else Path(name)
+    if left_out is not None:
+        return grasper_without(left_out, path, recordings, conditions)
+    return planning_grasper(path, conditions, replay=replay)
 
 
-def _counted(grasp: "Grasper", done: Callable[[float], None] | None, n_runs: int) -> "Grasper":
-    """Return a grasper that says after each run what fraction of ``n_runs`` is done."""
-    runs = count(1)
+def _kept(
+    judged: "Iterator[tuple[Task, JudgedRun, Rollout]]", folder: Path | None, n_runs: int
+) -> "Iterator[tuple[Task, JudgedRun]]":
+    """Write each run's rollout, if asked to, say how far it is, and pass on the judgement."""
+    from handsim.simulation.rollout import write_rollout
 
-    def grasp_and_count(task: "Task", conditions: "Conditions") -> "Rollout":
-        run = grasp(task, conditions)
-        if done:
-            done(next(runs) / n_runs)
-        return run
+    with fraction_done("grasping") as done:
+        for number, (task, run, rollout) in enumerate(judged, start=1):
+            if folder is not None:
+                suffix = "" if run.conditions.nominal else f"-{run.conditions.seed}"
+                write_rollout(rollout, folder / f"{task.name}{suffix}.npz")
+            if done:
+                done(number / n_runs)
+            yield task, run
 
-    return grasp_and_count
+
+def _left_out(name: str | None) -> dict[str, str]:
+    return {} if name is None else {"left_out": name}
 
 
-def _show(results: "list[TaskResult]") -> None:
-    say_table(
-        ("task", "nominal", "lift [m]", "slip [mm]", "tilt [deg]", "hold [s]", "trials"),
-        [
-            (
-                result.task.name,
-                result.nominal.outcome.reason or "held",
-                f"{result.nominal.outcome.lift_m:.3f}",
-                f"{1000 * result.nominal.outcome.peak_slip_m:.1f}",
-                f"{result.nominal.outcome.peak_tilt_deg:.1f}",
-                f"{result.nominal.outcome.hold_s:.2f}",
-                f"{result.successes} of {len(result.trials)}" if result.trials else "",
-            )
-            for result in results
-        ],
-    )
-    held = sum(result.nominal.outcome.success for result in results)
+def _show(results: "list[JudgedTask]") -> None:
+    if results[0].nominal.hard is None:
+        say_table(
+            ("task", "nominal", "lift [m]", "slip [mm]", "tilt [deg]", "hold [s]", "epsilon",
+             "trials"),
+            [_lift_row(result) for result in results],
+        )  # fmt: skip
+    else:
+        say_table(
+            ("task", "nominal", "hard", "shift [mm]", "turn [deg]", "epsilon", "trials"),
+            [_six_axis_row(result) for result in results],
+        )
+    held = sum(result.nominal.success for result in results)
     say(f"{held} of {len(results)} tasks held")
     for result in results:
-        if result.nominal.outcome.detail:
+        if result.nominal.six_axis is None and result.nominal.outcome.detail:
             note(f"{result.task.name}: {result.nominal.outcome.detail}")
+
+
+def _lift_row(result: "JudgedTask") -> tuple[str, ...]:
+    outcome = result.nominal.outcome
+    return (
+        result.task.name,
+        outcome.reason or "held",
+        f"{outcome.lift_m:.3f}",
+        f"{1000 * outcome.peak_slip_m:.1f}",
+        f"{outcome.peak_tilt_deg:.1f}",
+        f"{outcome.hold_s:.2f}",
+        f"{result.nominal.epsilon:.3f}",
+        _trials(result),
+    )
+
+
+def _six_axis_row(result: "JudgedTask") -> tuple[str, ...]:
+    """Reason under both settings; the largest movements under the usual one."""
+    run = result.nominal
+    assert run.six_axis is not None and run.hard is not None
+    return (
+        result.task.name,
+        run.reason or "held",
+        run.hard.reason or "held",
+        f"{1000 * max(run.six_axis.shift_m):.1f}",
+        f"{max(run.six_axis.turn_deg):.1f}",
+        f"{run.epsilon:.3f}",
+        _trials(result),
+    )
+
+
+def _trials(result: "JudgedTask") -> str:
+    return f"{result.successes} of {len(result.trials)}" if result.trials else ""

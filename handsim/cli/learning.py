@@ -1,7 +1,8 @@
 """`handsim learn`, `evaluate`, `postures`: from recordings to a controller and its movements."""
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -16,12 +17,6 @@ from handsim.cli.console import (
     say_table,
     writable,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from handsim.learning.controller import GraspController
-    from handsim.motion.recording import RecordingSet
 
 
 def learn(
@@ -102,12 +97,13 @@ def evaluate(
     """Score a controller against recordings."""
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.learning import scores
+    from handsim.learning.learn import learn_like
 
     learned = controller_or_built_in(controller)
     recordings = recordings_or_built_in(folder)
     if leave_one_out:
         with fraction_done("leaving one out") as progress:
-            result = scores.leave_one_out(recordings, _relearn(learned), progress)
+            result = scores.leave_one_out(recordings, partial(learn_like, learned), progress)
     else:
         result = scores.evaluate(learned, recordings)
     if json:
@@ -125,22 +121,6 @@ def evaluate(
         f"{result['direction_error_deg']:.0f} deg; {100 * result['variance_explained']:.1f} % of "
         "variance in the subspace"
     )
-
-
-def _relearn(learned: "GraspController") -> "Callable[[RecordingSet], GraspController]":
-    """Return a function that learns as ``learned`` was learned."""
-    from handsim.learning.learn import learn_controller
-
-    def relearn(recordings: "RecordingSet") -> "GraspController":
-        return learn_controller(
-            recordings,
-            n_components=learned.navigation.n_dimensions,
-            method=learned.method,  # pyright: ignore[reportArgumentType]
-            k=learned.navigation.k,
-            certified=learned.certified,
-        ).controller
-
-    return relearn
 
 
 def _score_row(row: dict[str, Any], key: str) -> tuple[str, ...]:

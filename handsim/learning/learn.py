@@ -101,3 +101,14 @@ def learn_controller(
     if isinstance(learner, PDELearner):
         summary |= {"positive": learner.positive_, "closed": learner.closed_}
     return Learned(controller, summary)
+
+
+def learn_like(learned: GraspController, recordings: RecordingSet) -> GraspController:
+    """Learn from other recordings in the way in which ``learned`` was learned."""
+    return learn_controller(
+        recordings,
+        n_components=learned.navigation.n_dimensions,
+        method=learned.method,  # pyright: ignore[reportArgumentType]
+        k=learned.navigation.k,
+        certified=learned.certified,
+    ).controller

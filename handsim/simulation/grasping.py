@@ -1,7 +1,7 @@
-"""Grasp a task with a controller or by script: nominal, then perturbed trials."""
+"""What grasps, under which conditions, and several at a time."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from handsim.errors import InputError
@@ -11,70 +11,23 @@ from handsim.learning.controller import GraspController
 from handsim.motion.recording import RecordingSet
 from handsim.simulation.closed_loop import Stage
 from handsim.simulation.conditions import Conditions, perturb
-from handsim.simulation.demonstrator import demonstrate
 from handsim.simulation.plan import GraspPlan
 from handsim.simulation.plan_store import PlanStore
 from handsim.simulation.planner import plan_grasp, replayed_plan, run_plan
 from handsim.simulation.rollout import Rollout
-from handsim.simulation.trials import wilson_interval
 
 Grasper = Callable[[Task, Conditions], Rollout]
 """Grasps a task under the given conditions."""
 Mode = Literal["plan", "replay"]
 
 
-@dataclass(frozen=True)
-class TaskResult:
-    """A task's nominal run and its perturbed trials."""
+def trial_conditions(conditions: Conditions, n_trials: int) -> list[Conditions]:
+    """Return nominal conditions and those of ``n_trials`` perturbed runs.
 
-    task: Task
-    nominal: Rollout
-    trials: tuple[Rollout, ...]
-
-    @property
-    def successes(self) -> int:
-        """Number of perturbed trials that succeeded."""
-        return sum(trial.outcome.success for trial in self.trials)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return what `handsim grasp --json` says of a task; the nominal run comes first."""
-        return {
-            "task": self.task.name,
-            "nominal_success": self.nominal.outcome.success,
-            "trials": len(self.trials),
-            "successes": self.successes,
-            "success_interval": wilson_interval(self.successes, len(self.trials)),
-            "per_trial": [
-                {
-                    "seed": run.conditions.seed,
-                    "nominal": run.conditions.nominal,
-                    **asdict(run.outcome),
-                }
-                for run in (self.nominal, *self.trials)
-            ],
-        }
-
-
-def grasp_task(grasp: Grasper, task: Task, conditions: Conditions, n_trials: int) -> TaskResult:
-    """Grasp a task once as it is, and ``n_trials`` times perturbed.
-
-    The perturbed trials have the seeds that follow the nominal one's.
+    The perturbed runs have the seeds that follow the nominal one's.
     """
-    nominal = grasp(task, conditions)
     seeds = range(conditions.seed + 1, conditions.seed + 1 + n_trials)
-    trials = tuple(grasp(task, perturb(conditions, seed)) for seed in seeds)
-    return TaskResult(task, nominal, trials)
-
-
-def summarise(results: list[TaskResult], seconds: float) -> dict[str, Any]:
-    """Return what `handsim grasp --task all --json` says."""
-    objects = {r.task.object_name for r in results if r.nominal.outcome.success}
-    return {
-        "tasks": [result.as_json() for result in results],
-        "tasks_passed": sum(result.nominal.outcome.success for result in results),
-        "objects_passed": len(objects),
-        "seconds": seconds,
-    }
+    return [conditions, *(perturb(conditions, seed) for seed in seeds)]
 
 
 @dataclass(frozen=True)
@@ -114,9 +67,10 @@ class ControllerGrasper:
         if task.name in plans:
             return plans[task.name]
         _, plan, held = self._planned(task, conditions)
-        if self.store:
-            self.store.add(task.name, plan, held)
-        return plan
+        if self.store is None:
+            return plan
+        self.store.add(task.name, plan, held)
+        return self.store.read()[task.name]  # in degrees there: the last bit may be another
 
     def prepare(self, tasks: Sequence[Task], conditions: Conditions, n_jobs: int) -> None:
         """Plan and store what is not known yet, several tasks at a time."""
@@ -135,31 +89,13 @@ class ControllerGrasper:
             hand_breadth=conditions.hand_breadth,
             side=conditions.side,
         )
-        plan, run = plan_grasp(self.controller, task, nominal, next(self._hinted(task), None))
+        plan, run = plan_grasp(self.controller, task, nominal, self.hint(task))
         return task.name, plan, run.outcome.success
 
-    def _hinted(self, task: Task) -> Iterator[GraspPlan]:
-        for store in self.hints:
-            plans = store.read()
-            if task.name in plans:
-                yield plans[task.name]
-
-
-def grasp_many(
-    grasp: Grasper,
-    tasks: Sequence[Task],
-    conditions: Conditions,
-    n_trials: int = 0,
-    n_jobs: int = 1,
-) -> Iterator[TaskResult]:
-    """Grasp tasks as `grasp_task` does, in their order, in ``n_jobs`` processes at once.
-
-    What has to be planned is planned before, so that only one process writes plans.
-    """
-    if n_jobs > 1 and isinstance(grasp, ControllerGrasper):
-        grasp.prepare(tasks, conditions, n_jobs)
-    arguments = [(grasp, task, conditions, n_trials) for task in tasks]
-    yield from run_at_once(grasp_task, arguments, n_jobs)
+    def hint(self, task: Task) -> GraspPlan | None:
+        """Return a plan of another controller for a task, or None."""
+        known = (store.read().get(task.name) for store in self.hints)
+        return next((plan for plan in known if plan is not None), None)
 
 
 def run_at_once(
@@ -187,8 +123,3 @@ def without_object(recordings: RecordingSet, name: str) -> RecordingSet:
     if not kept:
         raise InputError(f"no recordings are left without object '{name}'; add some of others")
     return RecordingSet(kept)
-
-
-def demonstrator_grasper() -> Grasper:
-    """Return the scripted grasps as a grasper."""
-    return demonstrate

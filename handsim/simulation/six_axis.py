@@ -2,7 +2,9 @@
 
 A grasp is taken as it is after the squeeze. Gravity, table and the other hand vanish, the object
 weighs 100 g, and a force of 10 m/s^2 times its mass pulls it along each axis of the world for 2 s.
-The protocol has no gravity from the beginning; here the object lies on the table until then.
+The protocol has no gravity from the beginning; here the object lies on the table until then. Things
+that are only pressed where they stand (a mouse, a stapler) fail it, as they should: nothing but the
+hand holds them any more.
 
 References
 ----------
@@ -11,14 +13,16 @@ J. Chen et al. (2024), DexGraspBench: https://github.com/JYChen18/DexGraspBench
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+import math
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from handsim.simulation.closed_loop import MAX_SPEED
 from handsim.simulation.rollout import Rollout
-from handsim.simulation.trials import MAX_PENETRATION
+from handsim.simulation.trials import MAX_PENETRATION, Reason
 
 Array = npt.NDArray[np.float64]
 
@@ -41,17 +45,32 @@ class SixAxisOutcome:
 
     Attributes
     ----------
-    success
     shift_m, turn_deg : six floats
-        Largest displacement and turn of the object in each pull, +x +y +z -x -y -z.
+        Largest displacement and turn of the object in each pull, +x +y +z -x -y -z; infinite where
+        the simulation diverged. A pull ends when the object is lost.
     penetration_m
         Deepest overlap of hand and object in any.
     """
 
-    success: bool
     shift_m: tuple[float, ...]
     turn_deg: tuple[float, ...]
     penetration_m: float
+
+    @property
+    def reason(self) -> Reason | None:
+        """Why the grasp failed, or None."""
+        if not all(map(math.isfinite, self.shift_m)):
+            return "unstable"
+        if self.penetration_m > MAX_PENETRATION:
+            return "penetrated"
+        if max(self.shift_m) >= MAX_SHIFT:
+            return "slipped"
+        return "tilted" if max(self.turn_deg) >= MAX_TURN_DEG else None
+
+    @property
+    def success(self) -> bool:
+        """Whether the object stayed in all six."""
+        return self.reason is None
 
 
 def six_axis(rollout: Rollout, *, hard: bool = False) -> SixAxisOutcome:
@@ -60,25 +79,29 @@ def six_axis(rollout: Rollout, *, hard: bool = False) -> SixAxisOutcome:
     Parameters
     ----------
     rollout
-        Of any task; its state after the squeeze is taken.
+        Of any task; its state after the squeeze is taken. What another hand held (the jar whose
+        lid is turned) it lets go of.
     hard
         With MuJoCo's own contact settings (impratio 1, no noslip iterations), which let things
         creep.
     """
+    if rollout.outcome.reason == "unstable":
+        lost = (math.inf,) * len(DIRECTIONS)
+        return SixAxisOutcome(lost, lost, 0.0)
     model = _protocol_model(rollout, hard)
     data = mujoco.MjData(model)
     acting = next(phase.start for phase in rollout.phases if phase.name == "action")
     start = min(int(np.searchsorted(rollout.time, acting)), len(rollout.time) - 1)
     pulls = [_pull(model, data, rollout, start, direction) for direction in DIRECTIONS]
     shift, turn, depth = (tuple(values) for values in zip(*pulls, strict=True))
-    held = max(shift) < MAX_SHIFT and max(turn) < MAX_TURN_DEG and max(depth) <= MAX_PENETRATION
-    return SixAxisOutcome(held, shift, turn, max(depth))
+    return SixAxisOutcome(shift, turn, max(depth))
 
 
 def _protocol_model(rollout: Rollout, hard: bool) -> mujoco.MjModel:
     model = rollout.model()
     model.opt.gravity[:] = 0.0
     model.opt.timestep = TIMESTEP
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # divergence is to be seen
     model.opt.noslip_iterations = 0 if hard else 2
     model.opt.impratio = 1.0 if hard else 10.0
     table = model.geom("table").id
@@ -110,6 +133,8 @@ def _pull(
     shift = turn = depth = 0.0
     for _ in range(round(DURATION / TIMESTEP)):
         mujoco.mj_step(model, data)
+        if not (np.abs(data.qvel) <= MAX_SPEED).all():  # also of what is no number
+            return math.inf, math.inf, depth
         shift = max(shift, float(np.linalg.norm(data.xpos[thing] - pos)))
         turn = max(turn, float(2 * np.arccos(min(1.0, abs(float(data.xquat[thing] @ quat))))))
         depth = max(depth, _overlap(model, data, thing))

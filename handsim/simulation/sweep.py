@@ -1,29 +1,32 @@
-"""Many grasps: tasks, hands, friction and seeds in all combinations, as rows of a table."""
+"""Many grasps: tasks, controllers, hands and conditions in all combinations, as rows of a table."""
 
-import csv
-import io
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
-from itertools import product
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, astuple, dataclass, fields
 
-from handsim.errors import InputError
-from handsim.hand.grasp_task import Side, Task
-from handsim.hand.population import preset
-from handsim.simulation.conditions import Conditions, perturb
-from handsim.simulation.grasping import Grasper, TaskResult, run_at_once
-from handsim.simulation.rollout import Rollout
-from handsim.simulation.trials import wilson_interval
+from handsim.errors import HandsimError
+from handsim.simulation.grasping import Grasper
+from handsim.simulation.rollout import current_versions
+from handsim.simulation.sweep_plans import Progress, Source, SweepGraspers
+from handsim.simulation.sweep_pool import Pool
+from handsim.simulation.sweep_spec import SweepRun, SweepSpec
+from handsim.simulation.sweep_table import ResultsTable
 
 
 @dataclass(frozen=True)
 class SweepRow:
     """One run of a sweep; lengths in m, angles in deg, times in s."""
 
+    controller: str
     task: str
     object: str
     hand: str
+    hand_length_m: float
+    hand_breadth_m: float
     side: str
     friction: float
+    mass_scale: float
     seed: int
     nominal: bool
     success: bool
@@ -35,84 +38,75 @@ class SweepRow:
     penetration_m: float
 
 
-@dataclass(frozen=True)
-class _Cell:
-    """What one process does: a task with one hand and friction, seed after seed."""
+COLUMNS: tuple[str, ...] = tuple(field.name for field in fields(SweepRow))
 
-    task: Task
-    hand: str
-    side: Side
-    friction: float | None
-    seeds: tuple[int, ...]
+
+def sweep_key(spec: SweepSpec, sources: Mapping[str, Source]) -> str:
+    """Return what distinguishes the rows of a sweep: values, controllers and versions."""
+    content = {
+        **{name: list(values) for name, values in vars(spec).items() if name != "tasks"},
+        "tasks": [task.name for task in spec.tasks],
+        "controllers": [(name, sources[name].digest) for name in spec.controllers],
+        "hands": [asdict(hand) for hand in spec.hands],
+        "versions": _versions(),
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]
 
 
 def sweep(
-    grasp: Grasper,
-    tasks: Sequence[Task],
-    *,
-    hands: Sequence[str] = ("man-50",),
-    sides: Sequence[Side] = ("right",),
-    frictions: Sequence[float | None] = (None,),
-    seeds: Iterable[int] = (0,),
-    n_jobs: int = 1,
-) -> Iterator[SweepRow]:
-    """Grasp in all combinations and yield the runs in order, as they come.
+    spec: SweepSpec,
+    graspers: SweepGraspers,
+    table: ResultsTable,
+    pool: Pool,
+    progress: Progress | None = None,
+) -> None:
+    """Make the runs that are missing in a table.
 
     Parameters
     ----------
-    grasp
-        What grasps; a controller should have its plans already, for every hand and side.
-    tasks
-    hands
-        Presets of hand sizes (`handsim.hand.population.PRESETS`).
-    sides
-    frictions
-        Of the hand; None is the usual one in nominal runs and drawn in perturbed ones.
-    seeds
-        0 is a nominal run, all others are perturbed.
-    n_jobs
-        Processes at once.
+    spec
+    graspers
+        With all plans made.
+    table
+        Open; rows are added as they come, and put in order at the end.
+    pool
+        What does the work.
+    progress
+        Called with the fraction of all rows that is there.
 
     Raises
     ------
-    InputError
-        If there is nothing to do.
-    UnknownNameError
-        If there is no such hand size.
+    HandsimError
+        If workers are lost for good; all rows done are kept.
     """
-    for hand in hands:
-        preset(hand)
-    kept = tuple(seeds)
-    cells = [_Cell(*each, kept) for each in product(tasks, hands, sides, frictions)]
-    if not (cells and kept):
-        raise InputError(
-            "a sweep of nothing; give a task, a hand, a side, a friction and a seed at least"
+    runs = (run for run in spec.runs() if run.number not in table)
+    versions = _versions()
+    for number, row in pool(_row, ((r.number, (graspers[r], r, versions)) for r in runs)):
+        table.add(number, astuple(row))
+        if progress:
+            progress(len(table) / spec.n_runs)
+    table.complete()
+
+
+def _row(grasp: Grasper, run: SweepRun, versions: dict[str, str]) -> SweepRow:
+    """Make a run; where another version would make it, nothing is made."""
+    if _versions() != versions:
+        raise HandsimError(
+            f"a worker has {_versions()}, and this machine {versions}; install the same"
         )
-    for rows in run_at_once(_rows, [(grasp, cell) for cell in cells], n_jobs):
-        yield from rows
-
-
-def _rows(grasp: Grasper, cell: _Cell) -> list[SweepRow]:
-    length, breadth = preset(cell.hand)
-    usual = Conditions(hand_length=length, hand_breadth=breadth, side=cell.side)
-    rows = []
-    for seed in cell.seeds:
-        conditions = perturb(usual, seed) if seed else usual
-        if cell.friction is not None:
-            conditions = replace(conditions, friction=cell.friction)
-        rows.append(_row(cell, grasp(cell.task, conditions)))
-    return rows
-
-
-def _row(cell: _Cell, run: Rollout) -> SweepRow:
-    outcome, conditions = run.outcome, run.conditions
+    rollout = grasp(run.task, run.conditions)
+    outcome, conditions = rollout.outcome, rollout.conditions
     return SweepRow(
-        task=cell.task.name,
-        object=cell.task.object_name,
-        hand=cell.hand,
-        side=cell.side,
+        controller=run.controller,
+        task=run.task.name,
+        object=run.task.object_name,
+        hand=run.hand.name,
+        hand_length_m=conditions.hand_length,
+        hand_breadth_m=conditions.hand_breadth,
+        side=run.side,
         friction=conditions.friction,
-        seed=conditions.seed,
+        mass_scale=conditions.mass_scale,
+        seed=run.seed,
         nominal=conditions.nominal,
         success=outcome.success,
         reason=outcome.reason or "",
@@ -124,46 +118,7 @@ def _row(cell: _Cell, run: Rollout) -> SweepRow:
     )
 
 
-def as_csv(rows: Iterable[SweepRow]) -> str:
-    """Return rows as comma-separated text with a header."""
-    names = [field.name for field in fields(SweepRow)]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(names)
-    for row in rows:
-        values = (getattr(row, name) for name in names)
-        writer.writerow(f"{v:.6g}" if isinstance(v, float) else v for v in values)
-    return text.getvalue()
-
-
-def results_table(columns: dict[str, Sequence[TaskResult]]) -> str:
-    """Return a Markdown table of tasks against graspers, with rates and their intervals below.
-
-    Parameters
-    ----------
-    columns
-        Results by the grasper's name, each of the same tasks in the same order.
-    """
-    names = list(columns)
-    lines = [f"| task | {' | '.join(names)} |", f"|---|{'---|' * len(names)}"]
-    for results in zip(*columns.values(), strict=True):
-        cells = [_cell(result) for result in results]
-        lines.append(f"| {results[0].task.name} | {' | '.join(cells)} |")
-    lines.append(f"| **all** | {' | '.join(_total(columns[name]) for name in names)} |")
-    return "\n".join(lines) + "\n"
-
-
-def _cell(result: TaskResult) -> str:
-    nominal = result.nominal.outcome.reason or "held"
-    return f"{nominal}, {result.successes}/{len(result.trials)}" if result.trials else nominal
-
-
-def _total(results: Sequence[TaskResult]) -> str:
-    held = sum(result.nominal.outcome.success for result in results)
-    successes = sum(result.successes for result in results)
-    trials = sum(len(result.trials) for result in results)
-    if not trials:
-        return f"{held} of {len(results)}"
-    low, high = wilson_interval(successes, trials)
-    rate = f"{100 * successes / trials:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
-    return f"{held} of {len(results)}, perturbed {rate}"
+def _versions() -> dict[str, str]:
+    """Return the versions that decide what comes out, to the last digit."""
+    versions = current_versions()
+    return {name: versions[name] for name in ("handsim", "mujoco")}

@@ -4,13 +4,16 @@ import os
 import subprocess
 import sys
 import threading
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from handsim.cli import grasping
 from handsim.cli.console import fraction_done, progress
-from handsim.cli.grasping import _counted
 from handsim.files import data_folder
+from handsim.simulation.conditions import Conditions
 
 POSTURES = data_folder("assets") / "experiments" / "cube-raise.csv"
 COMMANDS = {
@@ -89,8 +92,14 @@ def test_a_bar_is_drawn_over_several_items_only_where_someone_looks(monkeypatch,
     assert "walking" in said
 
 
-def test_every_run_of_a_grasp_counts() -> None:
+def test_every_run_of_a_grasp_counts(monkeypatch) -> None:
     fractions: list[float] = []
-    grasp = _counted(lambda task, conditions: (task, conditions), fractions.append, 4)
-    assert [grasp(i, None) for i in range(4)] == [(i, None) for i in range(4)]
+
+    @contextmanager
+    def bar(label: str):
+        yield fractions.append
+
+    monkeypatch.setattr(grasping, "fraction_done", bar)
+    runs = [("task", SimpleNamespace(conditions=Conditions(seed=i)), None) for i in range(4)]
+    assert [run.conditions.seed for _, run in grasping._kept(iter(runs), None, 4)] == [0, 1, 2, 3]
     assert fractions == [0.25, 0.5, 0.75, 1.0]

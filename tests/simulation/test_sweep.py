@@ -1,99 +1,166 @@
+"""Sweeps: every run once, whatever is there already."""
+
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
-from handsim.errors import InputError, UnknownNameError
+from handsim.errors import HandsimError
+from handsim.files import data_folder
 from handsim.hand.tasks import task_by_name
-from handsim.motion.recording import Recording, RecordingSet
+from handsim.learning.controller import GraspController
+from handsim.simulation import sweep as module
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.grasping import TaskResult, grasp_many, grasp_task, without_object
-from handsim.simulation.sweep import as_csv, results_table, sweep
+from handsim.simulation.grasping import ControllerGrasper
+from handsim.simulation.plan_store import PlanStore, plan_key
+from handsim.simulation.sweep import COLUMNS, sweep, sweep_key
+from handsim.simulation.sweep_plans import Source, SweepGraspers
+from handsim.simulation.sweep_pool import one_by_one, processes
+from handsim.simulation.sweep_spec import SweepSpec, hand_preset
+from handsim.simulation.sweep_summary import rates, results_table
+from handsim.simulation.sweep_table import open_table
 from handsim.simulation.trials import Outcome
 
 CUBE, JAR = task_by_name("cube-raise"), task_by_name("jar-move")
+HELD = Outcome(True, None, 0.12, 0.001, 2.0, 3.1, 4, 0.0005)
+SPEC = SweepSpec(tasks=(CUBE, JAR), controllers=("script",), seeds=(0, 1, 2))
 
 
 def pretend(task, conditions):
     """A grasper that drops the cube whenever it is perturbed."""
     held = conditions.nominal or task.name != "cube-raise"
-    outcome = Outcome(held, None if held else "slipped", 0.12, 0.001, 2.0, 3.1, 4, 0.0005)
+    outcome = HELD if held else replace(HELD, success=False, reason="slipped")
     return SimpleNamespace(outcome=outcome, conditions=conditions)
 
 
-def test_a_sweep_goes_through_all_combinations():
-    rows = list(
-        sweep(
-            pretend,
-            [CUBE, JAR],
-            hands=("woman-5", "man-95"),
-            sides=("right", "left"),
-            frictions=(0.5, 0.8),
-            seeds=range(3),
-        )
+SOURCES = {"script": Source("1", lambda conditions: pretend)}
+
+
+def run(spec, path, pool=one_by_one, sources=SOURCES):
+    with open_table(path, sweep_key(spec, sources), COLUMNS, spec.n_runs) as table:
+        graspers = SweepGraspers(spec, sources, table)
+        graspers.plan(pool)
+        sweep(spec, graspers, table, pool)
+        return list(table.rows())
+
+
+def test_every_run_becomes_a_row(tmp_path):
+    rows = run(SPEC, tmp_path / "r.csv")
+    assert [(row["task"], row["seed"]) for row in rows] == [
+        (task, str(seed)) for task in ("cube-raise", "jar-move") for seed in range(3)
+    ]
+    assert [row["success"] for row in rows] == ["True", "False", "False"] + ["True"] * 3
+    assert [row["reason"] for row in rows[:3]] == ["", "slipped", "slipped"]
+    assert rows[0]["friction"] == "0.8"
+    assert rows[1]["mass_scale"] != "1"
+
+
+def test_only_what_is_missing_is_done(tmp_path):
+    path = tmp_path / "r.csv"
+    run(SPEC, path)
+    whole = path.read_bytes()
+    lines = whole.splitlines(keepends=True)
+    path.write_bytes(b"".join([lines[0], lines[5], lines[2]]) + lines[3][:20])
+    done = []
+
+    def counted(task, conditions):
+        done.append((task.name, conditions.seed))
+        return pretend(task, conditions)
+
+    run(SPEC, path, sources={"script": Source("1", lambda conditions: counted)})
+    assert done == [("cube-raise", 0), ("cube-raise", 2), ("jar-move", 0), ("jar-move", 2)]
+    assert path.read_bytes() == whole
+    done.clear()
+    run(SPEC, path, sources={"script": Source("1", lambda conditions: counted)})
+    assert done == []
+    assert path.read_bytes() == whole
+
+
+def test_processes_at_once_give_what_one_gives(tmp_path):
+    run(SPEC, tmp_path / "one.csv")
+    run(SPEC, tmp_path / "two.csv", processes(2))
+    assert (tmp_path / "two.csv").read_bytes() == (tmp_path / "one.csv").read_bytes()
+
+
+def test_the_key_tells_apart_what_gives_other_rows(monkeypatch):
+    keys = [sweep_key(SPEC, SOURCES)]
+    assert sweep_key(replace(SPEC), dict(SOURCES)) == keys[0]
+    for change in (
+        {"tasks": (CUBE,)}, {"seeds": (0, 1)}, {"frictions": (0.5,)}, {"mass_scales": (1.0,)},
+        {"sides": ("left",)}, {"hands": (hand_preset("man-5"),)},
+    ):  # fmt: skip
+        keys.append(sweep_key(replace(SPEC, **change), SOURCES))
+    keys.append(sweep_key(SPEC, {"script": Source("2", lambda conditions: pretend)}))
+    monkeypatch.setattr(module, "_versions", lambda: {"handsim": "0", "mujoco": "0"})
+    keys.append(sweep_key(SPEC, SOURCES))
+    assert len(set(keys)) == len(keys)
+
+
+def test_a_worker_of_another_version_makes_no_row(monkeypatch):
+    (first, *_) = SPEC.runs()
+    with pytest.raises(HandsimError, match=r"'mujoco': '0'.* install the same"):
+        module._row(pretend, first, {"handsim": "0", "mujoco": "0"})
+
+
+def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch):
+    controller = GraspController.load(data_folder("assets") / "controller.npz")
+    built_in = data_folder("assets") / "plans" / f"{plan_key(controller.digest, Conditions())}.json"
+    known = PlanStore(built_in).read()
+    planned, used = [], []
+
+    def quickly(controller, task, conditions, hint):
+        planned.append((task.name, conditions.hand_length, conditions.side))
+        assert conditions.nominal
+        assert hint is not None
+        return known[task.name], SimpleNamespace(outcome=HELD)
+
+    def by_plan(controller, stage, plan):
+        used.append(plan)
+        return pretend(CUBE, stage)
+
+    monkeypatch.setattr("handsim.simulation.sweep_plans.plan_grasp", quickly)
+    monkeypatch.setattr("handsim.simulation.sweep_plans.run_plan", by_plan)
+    monkeypatch.setattr(
+        "handsim.simulation.sweep_plans.Stage", SimpleNamespace(build=lambda task, c: c)
     )
-    assert len(rows) == len(set(rows)) == 2 * 2 * 2 * 2 * 3
-    nominal = [row for row in rows if row.nominal]
-    assert {row.friction for row in rows} == {0.5, 0.8}
-    assert all(row.success for row in nominal)
-    assert {row.success for row in rows if row.task == "cube-raise" and not row.nominal} == {False}
+
+    def grasper(conditions):
+        own = tmp_path / "plans" / f"{plan_key(controller.digest, conditions)}.json"
+        return ControllerGrasper(controller, "plan", PlanStore(own), (PlanStore(built_in),))
+
+    sources = {"mine": Source(controller.digest, grasper)}
+    hands = (hand_preset("woman-5"), hand_preset("man-95"))
+    spec = SweepSpec((CUBE, JAR), ("mine",), hands, ("right", "left"), seeds=(0, 1, 2))
+    rows = run(spec, tmp_path / "r.csv", sources=sources)
+    assert len(rows) == len(used) == 24
+    assert len(planned) == len(set(planned)) == 8
+    assert len(list((tmp_path / "plans").iterdir())) == 4
+    # What was planned is used as it is read back: the first time as at any other.
+    stored = grasper(Conditions(hand_length=0.165, hand_breadth=0.072)).store.read()
+    assert used[0].q_goal.tobytes() == stored["cube-raise"].q_goal.tobytes()
+    # Another sweep of the same hands has its plans already.
+    planned.clear()
+    run(replace(spec, seeds=(5,)), tmp_path / "other.csv", sources=sources)
+    assert planned == []
 
 
-def test_rows_become_a_table_with_one_line_each():
-    lines = as_csv(sweep(pretend, [CUBE], seeds=(0, 5))).splitlines()
-    assert lines[0].startswith("task,object,hand,side,friction,seed,nominal,success")
-    assert len(lines) == 3
-    assert lines[2].split(",")[:4] == ["cube-raise", "cube", "man-50", "right"]
-    assert "slipped" in lines[2]
-
-
-def test_what_cannot_be_swept_is_refused_before_anything_runs():
-    with pytest.raises(InputError, match="nothing"):
-        next(sweep(pretend, []))
-    with pytest.raises(UnknownNameError, match="woman-50"):
-        next(sweep(pretend, [CUBE], hands=("woman-51",)))
-
-
-def test_the_table_of_results_gives_rates_with_intervals():
-    results = [grasp_task(pretend, task, Conditions(), 10) for task in (CUBE, JAR)]
-    table = results_table({"script": results, "controller": results}).splitlines()
-    assert table[0] == "| task | script | controller |"
+def test_rates_are_counted_by_controller_and_task(tmp_path):
+    spec = replace(SPEC, controllers=("script", "other"), seeds=tuple(range(11)))
+    rows = run(spec, tmp_path / "r.csv", sources=SOURCES | {"other": SOURCES["script"]})
+    table = results_table(rows).splitlines()
+    assert table[0] == "| task | script | other |"
     assert table[2] == "| cube-raise | held, 0/10 | held, 0/10 |"
+    assert table[3] == "| jar-move | held, 10/10 | held, 10/10 |"
     assert "2 of 2, perturbed 50 % (30 to 70)" in table[4]
+    found = rates(rows)["script"]["all"].as_json()
+    assert (found["nominal"], found["nominal_held"], found["trials"]) == (2, 2, 20)
 
 
-def test_many_tasks_keep_their_order_and_seeds():
-    results = list(grasp_many(pretend, [JAR, CUBE], Conditions(seed=7), 2))
-    assert [result.task.name for result in results] == ["jar-move", "cube-raise"]
-    assert isinstance(results[0], TaskResult)
-    assert [trial.conditions.seed for trial in results[0].trials] == [8, 9]
-
-
-def test_processes_at_once_give_what_one_gives():
-    one = as_csv(sweep(pretend, [CUBE, JAR], seeds=range(2)))
-    assert as_csv(sweep(pretend, [CUBE, JAR], seeds=range(2), n_jobs=2)) == one
-
-
-def test_an_object_is_left_out_with_all_its_recordings():
-    import numpy as np
-
-    time = np.arange(20) / 100
-    q = np.linspace(0, 1, 20)[:, None] * np.ones(22)
-    recordings = RecordingSet(
-        tuple(
-            Recording(
-                name=f"r{i}",
-                time=time,
-                q=q,
-                number=i,
-                object=name,
-                task="t",
-                subject="s",
-                hand_length=0.19,
-                hand_breadth=0.09,
-            )
-            for i, name in enumerate(["cube", "jar", "cube"], start=1)
-        )
-    )
-    assert [r.name for r in without_object(recordings, "cube")] == ["r2"]
-    with pytest.raises(InputError, match="no recordings"):
-        without_object(without_object(recordings, "cube"), "jar")
+def test_rates_of_several_hands_and_of_none_perturbed(tmp_path):
+    hands = (hand_preset("woman-5"), hand_preset("man-95"))
+    rows = run(replace(SPEC, hands=hands, seeds=(0,)), tmp_path / "r.csv")
+    table = results_table(rows).splitlines()
+    assert table[2] == "| cube-raise | 2/2 nominal |"
+    assert table[4] == "| **all** | 4 of 4 |"
+    rows = run(replace(SPEC, seeds=(4,)), tmp_path / "s.csv")
+    assert results_table(rows).splitlines()[2] == "| cube-raise | 0/1 |"

@@ -1,0 +1,136 @@
+"""Options of `handsim grasp` beside the usual ones."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from handsim.cli import defaults
+from handsim.files import data_folder
+from handsim.learning.controller import GraspController
+from handsim.simulation import grasping
+from handsim.simulation.closed_loop import Stage
+from handsim.simulation.conditions import Conditions
+from handsim.simulation.plan_store import PlanStore
+from handsim.simulation.planner import run_plan
+from handsim.simulation.rollout import read_rollout
+
+EXPERIMENTS = data_folder("assets") / "experiments"
+CONTROLLER = data_folder("assets") / "controller.npz"
+
+
+@pytest.fixture
+def planned(monkeypatch):
+    """Plan by taking the built-in plan, and say for which controllers that was done."""
+    built_in = defaults.planning_grasper(None, Conditions()).store.read()
+    controllers = []
+
+    def quickly(controller, task, conditions, known=None):
+        controllers.append(controller)
+        assert known is None  # nothing that has seen the object
+        plan = built_in[task.name]
+        return plan, run_plan(controller, Stage.build(task, conditions), plan)
+
+    monkeypatch.setattr(grasping, "plan_grasp", quickly)
+    return controllers
+
+
+def test_six_axis_decides_and_the_hard_setting_is_told(run, tmp_path):
+    said = run("grasp", "demonstrator", "--task", "jar-move", "--protocol", "six-axis",
+               "--json", "-o", tmp_path).json()  # fmt: skip
+    assert (said["task"], said["trials"], said["successes"]) == ("jar-move", 0, 0)
+    assert said["nominal_success"] is True
+    assert said["nominal_hard_success"] is False
+    (nominal,) = said["per_trial"]
+    assert (nominal["success"], nominal["lift_success"], nominal["hard_success"]) == (
+        True, True, False,
+    )  # fmt: skip
+    assert nominal["epsilon"] > 0.05
+    assert len(nominal["six_axis"]["shift_m"]) == 6
+    assert nominal["six_axis_hard"]["reason"] == "tilted"
+    assert read_rollout(tmp_path / "jar-move.npz").outcome.success
+
+
+def test_both_protocols_are_shown_as_tables(run):
+    lift = run("grasp", "demonstrator", "--task", "cube-raise").out
+    assert "epsilon" in lift
+    assert "1 of 1 tasks held" in lift
+    six = run("grasp", "demonstrator", "--task", "cube-raise", "--protocol", "six-axis").out
+    assert "hard" in six
+    assert "shift [mm]" in six
+
+
+def test_a_left_hand_grasps(run, tmp_path):
+    asked = ("grasp", "demonstrator", "--task", "cube-raise", "--side", "left", "-o", tmp_path)
+    assert run(*asked, "--json").json()["nominal_success"] is True
+    rollout = read_rollout(tmp_path / "cube-raise.npz")
+    assert rollout.conditions.side == "left"
+    right = run("grasp", "demonstrator", "--task", "cube-raise", "--json").json()
+    assert right["per_trial"][0]["peak_slip_m"] != rollout.outcome.peak_slip_m
+
+
+def test_processes_at_once_change_nothing_but_the_time(run):
+    asked = ("grasp", "demonstrator", "--task", "cube-raise", "--trials", 1, "--json")
+    assert run(*asked, "--jobs", 2).json() == run(*asked).json()
+
+
+def test_an_object_left_out_is_grasped_by_what_has_not_seen_it(run, planned, tmp_path):
+    path = shutil.copy(CONTROLLER, tmp_path / "c.npz")
+    asked = ("grasp", path, "--leave-out", "jar", "--task", "all", "--json")
+    said = run(*asked).json()
+    assert said["left_out"] == "jar"
+    assert [task["task"] for task in said["tasks"]] == ["jar-move", "jar-unscrew"]
+    assert len(planned) == 2
+    whole = GraspController.load(CONTROLLER)
+    for learned in planned:
+        assert "jar" not in {d.object for d in learned.demonstrations}
+        assert len(learned.demonstrations) == len(whole.demonstrations) - 2
+        assert not np.allclose(learned.subspace.components_, whole.subspace.components_)
+    # The plans are beside the controller's own, and are not made twice.
+    (stored,) = (tmp_path / "c.plans").iterdir()
+    assert set(PlanStore(stored).read()) == {"jar-move", "jar-unscrew"}
+    assert run(*asked).json()["tasks"] == said["tasks"]
+    assert len(planned) == 2
+
+
+def test_what_is_left_out_comes_from_the_recordings_named(run, planned, tmp_path):
+    folder = shutil.copytree(EXPERIMENTS, tmp_path / "mine")
+    asked = ("grasp", "--recordings", folder, "--leave-out", "cube", "--task", "cube-raise")
+    assert run(*asked, "--json").json()["task"] == "cube-raise"
+    assert len(planned) == 1
+    assert [path.name for path in tmp_path.iterdir() if path.suffix == ".plans"] == ["mine.plans"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--leave-out", "cub", "--task", "all"), ("cub", "cube")),
+        (("--leave-out", "cube", "--task", "jar-move"), ("jar-move", "cube-raise")),
+        (("--leave-out", "cube", "--task", "cube-raise", "--replay"), ("--replay",)),
+        (("demonstrator", "--leave-out", "cube", "--task", "all"), ("demonstrator",)),
+        (("--recordings", EXPERIMENTS, "--task", "cube-raise"), ("--leave-out",)),
+        (("--task", "cube-raise", "--jobs", "0"), ("--jobs",)),
+        (("--task", "cube-raise", "--side", "middle"), ("--side", "left")),
+        (("--task", "cube-raise", "--protocol", "seven"), ("--protocol", "six-axis")),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_line(run, options, words):
+    result = run("grasp", *options)
+    assert result.code == 2
+    assert result.err.count("\n") == 1
+    for word in words:
+        assert word in result.err
+
+
+def test_a_controller_of_other_recordings_is_refused(run, tmp_path):
+    folder = shutil.copytree(EXPERIMENTS, tmp_path / "mine")
+    index = folder / "experiments.csv"
+    lines = index.read_text().splitlines()
+    index.write_text("\n".join(line for line in lines if "pen-move" not in line) + "\n")
+    assert run("learn", folder, "-o", tmp_path / "c.npz").code == 0
+    asked = ("grasp", tmp_path / "c.npz", "--leave-out", "cube", "--task", "all")
+    result = run(*asked)
+    assert result.code == 2
+    assert "c.npz was not learned from the built-in experiments" in result.err
+    assert "--recordings" in result.err
+    assert run(*asked, "--recordings", EXPERIMENTS).code == 2
