@@ -27,6 +27,7 @@ MOVED = np.deg2rad(5.0)  # deviation of each joint at the start and at the end
 TREMOR = np.deg2rad(0.5)
 SPEED = 0.2  # deviation of the logarithm of the duration
 DEFAULT = (24, 100, 300, 1000)
+SHAPES = ((8, 8, 8), (16, 14, 12), (20, 18, 15))  # besides the default, (13, 11, 10)
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,7 @@ def main() -> None:
         print(json.dumps(vars(learn_here(Size(recordings, components, tuple(shape) or None)))))
         return
     sizes = [Size(n) for n in arguments.recordings]
+    sizes += [Size(100, 3, shape) for shape in SHAPES]
     sizes += [Size(n, components) for components in (2, 4, 5) for n in arguments.recordings]
     print("| recordings | components | coefficients | s | CPU s | peak, MB | of it learning, MB |")
     print("|---|---|---|---|---|---|---|")
