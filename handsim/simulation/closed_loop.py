@@ -82,7 +82,19 @@ def simulate(
     Rollout
         Cut short, with outcome ``unstable``, where the simulation diverges.
     """
-    glove = glove or DataGlove()
+    return run_alone(stage, plan, driver, glove or DataGlove(), schedule, brief=brief)
+
+
+def run_alone(
+    stage: Stage,
+    plan: GraspPlan,
+    driver: Driver,
+    glove: DataGlove,
+    schedule: Schedule | None = None,
+    *,
+    brief: bool = False,
+) -> Rollout:
+    """Do what `simulate` does, though MuJoCo's warnings are heard."""
     schedule = schedule or schedule_for(stage.task)
     course = Course.of(plan, stage.task, schedule).disturbed(stage.conditions, glove)
     run = _Run(stage, course, driver, glove)

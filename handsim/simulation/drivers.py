@@ -29,14 +29,15 @@ class Driver(Protocol):
         ...
 
     def targets(self, time: float, reading: Array) -> Array:
-        """Return joint targets (22,) [rad] for a reading (22,) [rad] at ``time`` [s]."""
+        """Return joint targets for a reading (22,), or for several (n, 22), at ``time`` [s].
+
+        Targets are (22,) [rad], or (n, 22) where they differ between readings. Readings together
+        give the same bits as each by itself, here as in `coordinates`.
+        """
         ...
 
     def coordinates(self, reading: Array) -> Array:
-        """Return what the driver sees of readings (..., 22), (..., n_components); 0 for a script.
-
-        Readings together give the same bits as each by itself.
-        """
+        """Return what the driver sees of readings (..., 22): (..., n_components), 0 for a script."""
         ...
 
     def arrived(self, reading: Array) -> bool:
@@ -117,14 +118,25 @@ class LearnedDriver:
         subspace = self.controller.subspace
         if time >= self.reach:
             return clip_to_range(subspace.inverse_transform(self.z_goal))
+        if reading.ndim > 1:
+            return self._targets_of_many(time, reading)
         z = subspace.transform(reading)
         velocity = self.timing.velocity(z, time)
         posture = subspace.inverse_transform(z)
         return clip_to_range(posture + (velocity @ subspace.components_) * self.lead)
 
+    def _targets_of_many(self, time: float, readings: Array) -> Array:
+        # Stacks of vectors, so that there are as many products of a vector with a matrix: a
+        # product of two matrices would round otherwise.
+        subspace = self.controller.subspace
+        z = subspace.transform(readings[:, None])
+        velocity = self.timing.velocities(z[:, 0], time)[:, None]
+        posture = subspace.inverse_transform(z)
+        targets = posture + (velocity @ subspace.components_) * self.lead
+        return clip_to_range(targets[:, 0])
+
     def coordinates(self, reading: Array) -> Array:
         """Return readings in the subspace, (..., n_components) [rad]."""
-        # As many products of a vector with a matrix: one of two matrices would round otherwise.
         return self.controller.subspace.transform(reading[..., None, :])[..., 0, :]
 
     def arrived(self, reading: Array) -> bool:

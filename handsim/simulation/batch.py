@@ -1,0 +1,115 @@
+"""Many grasps at once, on MuJoCo's batches of simulations.
+
+Runs whose models have one shape (seeds, frictions, masses, sizes of the hand, plans) share a batch;
+others are made side by side. Either way each comes out as `simulate` makes it, bit for bit.
+"""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+import os
+from collections.abc import Hashable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import mujoco
+
+from handsim.hand.grasp_task import Task
+from handsim.learning.controller import GraspController
+from handsim.simulation.closed_loop import run_alone, silent
+from handsim.simulation.conditions import Conditions
+from handsim.simulation.drivers import Driver, learned_driver
+from handsim.simulation.lockstep import Job, Lockstep
+from handsim.simulation.plan import GraspPlan, schedule_for
+from handsim.simulation.rollout import Rollout
+from handsim.simulation.stage import Stage
+
+
+def grasp_batch(
+    controller: GraspController,
+    task: Task,
+    plan: GraspPlan,
+    conditions: Iterable[Conditions],
+    n_threads: int | None = None,
+) -> list[Rollout]:
+    """Grasp with a controller by one plan under many conditions, as `run_plan` does under one.
+
+    Parameters
+    ----------
+    controller, task, plan
+    conditions
+        Of the runs: seeds, frictions, masses, places of the object, sizes of the hand.
+    n_threads
+        By default as many as there are processors.
+    """
+    stages: dict[Conditions, Stage] = {}
+    drivers: dict[tuple[str, bytes], Driver] = {}
+    jobs = []
+    for each in conditions:
+        seen = replace(each, seed=0, nominal=True, shake=0.0)  # what makes no other scene
+        if seen not in stages:
+            stages[seen] = Stage.build(task, each, sensing=True)
+        stage = replace(stages[seen], conditions=each)
+        key = (each.side, stage.lead.tobytes())
+        if key not in drivers:
+            schedule = schedule_for(stage.task)
+            drivers[key] = learned_driver(controller, plan, stage.lead, schedule)
+        jobs.append(Job(stage, plan, drivers[key]))
+    return simulate_batch(jobs, n_threads)
+
+
+@silent()
+def simulate_batch(jobs: Sequence[Job], n_threads: int | None = None) -> list[Rollout]:
+    """Make many runs at once, each as `simulate` does.
+
+    Every thread steps batches of its own, so that one reads and commands while others step.
+
+    Parameters
+    ----------
+    jobs
+    n_threads
+        By default as many as there are processors.
+
+    Returns
+    -------
+    list of Rollout
+        In the order of the jobs.
+    """
+    n_threads = n_threads or os.cpu_count() or 1
+    shards = [group[i::n_threads] for group in _groups(jobs) for i in range(n_threads)]
+    shards = [shard for shard in shards if shard]
+    with ThreadPoolExecutor(n_threads) as pool:
+        made = pool.map(_made, ([jobs[i] for i in shard] for shard in shards))
+        runs = {
+            i: run
+            for shard, each in zip(shards, made, strict=True)
+            for i, run in zip(shard, each, strict=True)
+        }
+    return [runs[i] for i in range(len(jobs))]
+
+
+def _groups(jobs: Sequence[Job]) -> list[list[int]]:
+    """Return the jobs that can share a batch, by number: those whose models have one shape."""
+    groups: dict[Hashable, list[int]] = {}
+    for i, job in enumerate(jobs):
+        stage, hand, model = job.stage, job.stage.hand, job.stage.hand.model
+        # All sizes that a model counts, which is more than MuJoCo asks for but costs nothing.
+        fields = [getattr(model, name) for name in dir(model) if name.startswith("n")]
+        sizes = tuple(each for each in fields if isinstance(each, int))
+        places = (stage.object_body, stage.palm_body, stage.mocap, *hand.qpos_index.tolist())
+        key = (sizes, places, model.opt.timestep) if stage.sensing else i
+        groups.setdefault(key, []).append(i)
+    return list(groups.values())
+
+
+def _made(jobs: Sequence[Job]) -> list[Rollout]:
+    """Make runs of one shape."""
+    if len(jobs) == 1:
+        return [_alone(jobs[0])]
+    return [run or _alone(job) for run, job in zip(Lockstep(jobs).made(), jobs, strict=True)]
+
+
+def _alone(job: Job) -> Rollout:
+    """Make a run by itself, with a state of its own."""
+    hand = replace(job.stage.hand, data=mujoco.MjData(job.stage.hand.model))
+    stage = replace(job.stage, hand=hand)
+    return run_alone(stage, job.plan, job.driver, job.glove, job.schedule)

@@ -1,0 +1,241 @@
+"""Runs of one shape in one batch of MuJoCo, reading after reading.
+
+MuJoCo steps a batch as it steps each simulation by itself, to the bit, and so does what is here:
+arrays over runs are only added, multiplied and compared element by element, and where single runs
+multiply vectors and matrices there are as many such products.
+"""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from mujoco.batch import Batch
+
+from handsim.hand.model import HandModel
+from handsim.joints import N_JOINTS, clip_to_range
+from handsim.simulation.alignment import Wrist
+from handsim.simulation.closed_loop import MAX_SPEED, diverged, steps_per_reading
+from handsim.simulation.contacts import ContactSensors
+from handsim.simulation.course import Course
+from handsim.simulation.drivers import Driver
+from handsim.simulation.glove import DataGlove
+from handsim.simulation.plan import GraspPlan, Schedule, schedule_for
+from handsim.simulation.rollout import CONTACT_PARTS, Rollout
+from handsim.simulation.seen import POSES, judged
+from handsim.simulation.stage import Stage
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run that is to be made: what `simulate` is given.
+
+    Runs of the same driver are driven together, so that it pays to give equal ones as one object.
+
+    Attributes
+    ----------
+    stage
+        Built with ``sensing``; without it the run is made by itself.
+    plan, driver
+    schedule
+        Timing; by default that of the task.
+    glove
+        How the joints are read.
+    """
+
+    stage: Stage
+    plan: GraspPlan
+    driver: Driver
+    schedule: Schedule | None = None
+    glove: DataGlove = field(default_factory=DataGlove)
+
+
+class Lockstep:
+    """Runs that share a batch; arrays over readings are (n_runs, n_readings, ...).
+
+    Parameters
+    ----------
+    jobs
+        Their stages are built with ``sensing``, and their models have one shape.
+    """
+
+    def __init__(self, jobs: Sequence[Job]) -> None:
+        self.jobs = jobs
+        self.hand, self.mocap = jobs[0].stage.hand, jobs[0].stage.mocap
+        self.batch = Batch(self.hand.model, len(jobs), 1)
+        self.batch.set_models([job.stage.hand.model for job in jobs])
+        self.courses = _courses(jobs)
+        self.teams = _teams(jobs, self.courses)
+        self.ends = np.array([len(course.times) for course in self.courses])
+        self.unstable = np.zeros(len(jobs), dtype=bool)
+        self.unseen = np.zeros(len(jobs), dtype=bool)
+        shape = (len(jobs), int(self.ends.max()))
+        places = self.commanded() | self.visible()
+        self.samples: dict[str, Array] = {
+            name: np.zeros((*shape, *at.shape[1:])) for name, at in places.items()
+        }
+        self.samples["contact_force"] = np.zeros((*shape, len(CONTACT_PARTS)))
+        self.samples["penetration"] = np.zeros(shape)
+
+    def commanded(self) -> dict[str, Array]:
+        """Return where the batch takes commands, (n_runs, ...), by name."""
+        bind = self.batch.bind
+        return {"ctrl": bind("ctrl")} | {
+            name: bind(name)[:, self.mocap] for name in ("mocap_pos", "mocap_quat")
+        }
+
+    def visible(self) -> dict[str, Array]:
+        """Return where the batch has what is kept, (n_runs, ...), by name."""
+        bind, stage = self.batch.bind, self.jobs[0].stage
+        body = {"object": stage.object_body, "palm": stage.palm_body}
+        poses = {name: bind(array)[:, body[of]] for name, (array, of) in POSES.items()}
+        return {"qpos": bind("qpos"), "qvel": bind("qvel")} | poses
+
+    def made(self) -> list[Rollout | None]:
+        """Make the runs; None for one that had more contacts than its sensors could tell."""
+        self.start()
+        batch, samples = self.batch, self.samples
+        sent = [(samples[name], at) for name, at in self.commanded().items()]
+        kept = [(samples[name], at) for name, at in self.visible().items()]
+        sensors, sensed = ContactSensors(self.hand.model), batch.bind("sensordata")
+        force, depth = samples["contact_force"], samples["penetration"]
+        qpos, qvel, warnings = batch.bind("qpos"), batch.bind("qvel"), batch.warning[:, :, 1]
+        substeps = steps_per_reading(self.hand.model)
+        for tick in range(int(self.ends.max())):
+            active = self.ends > tick
+            for team in self.teams:
+                team.command(tick, qpos, samples)
+            for rows, place in sent:
+                place[:] = rows[:, tick]
+            for rows, place in kept:
+                rows[:, tick] = place
+            force[:, tick], depth[:, tick], too_many = sensors.totals(sensed)
+            self.unseen |= too_many & active
+            batch.step(active, nstep=substeps)
+            if not np.abs(qvel).max() <= MAX_SPEED or warnings.any():
+                gone = [i for i in np.flatnonzero(active) if diverged(qvel[i], warnings[i])]
+                self.ends[gone], self.unstable[gone] = tick + 1, True
+        return [self.run(i) for i in range(len(self.jobs))]
+
+    def start(self) -> None:
+        """Put hands and forearms at the start, at rest, as `HandModel.set_posture` does."""
+        batch, hand = self.batch, self.hand
+        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        qpos, ctrl = batch.bind("qpos"), batch.bind("ctrl")
+        free = int(hand.model.joint("forearm").qposadr[0])
+        for i, (job, course) in enumerate(zip(self.jobs, self.courses, strict=True)):
+            model, q = job.stage.hand.model, job.plan.q_start
+            pose = Wrist(model).forearm(course.palm_pos[0], course.palm_quat[0], q)
+            qpos[i, free : free + 3], qpos[i, free + 3 : free + 7] = pose
+            qpos[i, hand.qpos_index] = q
+            ctrl[i, hand.ctrl_index] = np.clip(q, *model.actuator_ctrlrange[hand.ctrl_index].T)
+        batch.forward()
+
+    def run(self, i: int) -> Rollout | None:
+        """Judge a run."""
+        if self.unseen[i]:
+            return None
+        job, unstable = self.jobs[i], bool(self.unstable[i])
+        # Copies, so that one run that is kept does not keep all others in memory.
+        seen = {name: rows[i, : self.ends[i]].copy() for name, rows in self.samples.items()}
+        return judged(job.stage, self.courses[i], job.driver, job.glove, seen, unstable=unstable)
+
+
+@dataclass(frozen=True)
+class _Team:
+    """Runs of one driver, timing, glove and wrist: their commands are arrays over all of them.
+
+    Attributes
+    ----------
+    driver, glove, hand, wrist, times
+        What they have in common.
+    members : (n,)
+        Numbers of the runs.
+    closed
+        First reading at which the targets are what they are for good.
+    palm_pos, palm_quat, added, disturbance
+        Of their courses, (n, n_readings, ...).
+    """
+
+    driver: Driver
+    glove: DataGlove
+    hand: HandModel
+    wrist: Wrist
+    times: Array
+    members: Index
+    closed: int
+    palm_pos: Array
+    palm_quat: Array
+    added: Array
+    disturbance: Array
+
+    def command(self, tick: int, qpos: Array, samples: dict[str, Array]) -> None:
+        """Read the gloves and lay down where actuators and forearms go.
+
+        From reading ``closed`` on nothing is left to be done: then all of the rest is laid down.
+        """
+        if tick > self.closed or tick >= len(self.times):
+            return
+        rows = slice(tick, tick + 1 if tick < self.closed else len(self.times))
+        q = qpos[self.members[:, None], self.hand.qpos_index]
+        reading = self.glove.reading(q, self.disturbance[:, tick])
+        targets = self.driver.targets(float(self.times[tick]), reading)
+        ctrl = clip_to_range(targets[..., None, :] + self.added[:, rows])
+        pos, quat = self.wrist.forearms(
+            self.palm_pos[:, rows].reshape(-1, 3),
+            self.palm_quat[:, rows].reshape(-1, 4),
+            ctrl.reshape(-1, N_JOINTS),
+        )
+        there = np.ix_(self.members, np.arange(rows.start, rows.stop))
+        samples["ctrl"][(*(axis[..., None] for axis in there), self.hand.ctrl_index)] = ctrl
+        samples["mocap_pos"][there] = pos.reshape(*ctrl.shape[:2], 3)
+        samples["mocap_quat"][there] = quat.reshape(*ctrl.shape[:2], 4)
+
+
+def _courses(jobs: Sequence[Job]) -> list[Course]:
+    """Lay down the runs; what differs in noise alone is laid down once."""
+    undisturbed: dict[Hashable, Course] = {}
+    courses = []
+    for job in jobs:
+        task = job.stage.task
+        schedule = job.schedule or schedule_for(task)
+        key = (id(job.plan), id(task), schedule)
+        if key not in undisturbed:
+            undisturbed[key] = Course.of(job.plan, task, schedule)
+        courses.append(undisturbed[key].disturbed(job.stage.conditions, job.glove))
+    return courses
+
+
+def _teams(jobs: Sequence[Job], courses: Sequence[Course]) -> list[_Team]:
+    """Gather the runs that are commanded together."""
+    members: dict[Hashable, list[int]] = {}
+    for i, (job, course) in enumerate(zip(jobs, courses, strict=True)):
+        palm = job.stage.hand.model.body("palm")
+        wrist = (job.stage.conditions.side, *palm.pos.tolist(), *palm.quat.tolist())
+        key = (id(job.driver), job.glove, course.schedule, wrist)
+        members.setdefault(key, []).append(i)
+    teams = []
+    for those in members.values():
+        job, times = jobs[those[0]], courses[those[0]].times
+        team = _Team(
+            job.driver,
+            job.glove,
+            job.stage.hand,
+            Wrist(job.stage.hand.model),
+            times,
+            np.array(those),
+            int(np.searchsorted(times, job.driver.reach, side="right")),
+            *(
+                np.stack([getattr(courses[i], name) for i in those])
+                for name in ("palm_pos", "palm_quat", "added", "disturbance")
+            ),
+        )
+        teams.append(team)
+    return teams
