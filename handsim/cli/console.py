@@ -13,6 +13,9 @@ import typer
 
 T = TypeVar("T")
 
+MAX_JOBS = 256
+"""Processes at once that may be asked for; each takes 200 MB."""
+
 JsonFlag = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Folder = Annotated[
     Path | None, typer.Argument(help="Folder of recordings; the built-in ones if left out.")

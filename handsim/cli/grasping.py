@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, say_table
+from handsim.cli.console import (
+    MAX_JOBS,
+    JsonFlag,
+    check_gl,
+    fraction_done,
+    note,
+    say,
+    say_json,
+    say_table,
+)
 
 if TYPE_CHECKING:
     from handsim.hand.grasp_task import Side, Task
@@ -52,7 +61,7 @@ def grasp(
     hand_breadth: Annotated[float | None, typer.Option(help="Hand breadth [m].")] = None,
     side: Annotated[Literal["right", "left"], typer.Option(help="Side of the hand.")] = "right",
     friction: Annotated[float | None, typer.Option(help="Sliding friction of the hand.")] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes at once.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, max=MAX_JOBS, help="Processes at once.")] = 1,
     require_success: Annotated[
         bool, typer.Option("--require-success", help="Exit with 1 unless every task succeeds.")
     ] = False,

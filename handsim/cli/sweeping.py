@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, writable
+from handsim.cli.console import (
+    MAX_JOBS,
+    JsonFlag,
+    check_gl,
+    fraction_done,
+    note,
+    say,
+    say_json,
+    writable,
+)
 
 if TYPE_CHECKING:
     from handsim.simulation.conditions import Conditions
@@ -22,7 +31,8 @@ def sweep(
     file: Annotated[Path, typer.Argument(help="What to go through, .toml.", metavar="SWEEP.toml")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Table of results, .csv.")],
     jobs: Annotated[
-        int | None, typer.Option(min=1, help="Processes at once; by default one per processor.")
+        int | None,
+        typer.Option(min=1, max=MAX_JOBS, help="Processes at once; by default one per processor."),
     ] = None,
     dask: Annotated[
         str | None,

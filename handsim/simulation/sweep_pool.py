@@ -4,6 +4,7 @@ A pool is called with a job and with its arguments by key, and yields keys and r
 come. What a killed worker was doing is done again.
 """
 
+import logging
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
@@ -24,8 +25,8 @@ TRIES = 3
 """How often in a row a pool of processes may break without a single result."""
 WAIT = 30.0
 """For a scheduler, and for its first worker [s]."""
-IDLE = 300
-"""After which a process that has nothing to do ends [s]."""
+IDLE = 30
+"""After which a process that has nothing to do ends, as it does when its driver is gone [s]."""
 _ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
 
 
@@ -134,7 +135,7 @@ def dask_cluster(address: str) -> Iterator[Pool]:
             f"no Dask scheduler answers at '{address}'; start one (dask scheduler) and give its "
             "address, such as tcp://10.0.0.1:8786"
         ) from error
-    with client:
+    with _quiet("distributed", "distributed.client"), client:
         try:
             client.wait_for_workers(1, timeout=WAIT)
         except TimeoutError as error:
@@ -143,6 +144,19 @@ def dask_cluster(address: str) -> Iterator[Pool]:
                 "--nthreads 1"
             ) from error
         yield lambda job, arguments: _on_cluster(client, job, arguments)
+
+
+@contextmanager
+def _quiet(*loggers: str) -> Iterator[None]:
+    """Keep loggers from telling with a traceback what is told in one line."""
+    kept = {name: logging.getLogger(name).level for name in loggers}
+    for name in loggers:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for name, level in kept.items():
+            logging.getLogger(name).setLevel(level)
 
 
 def _on_cluster(client: Any, job: Job, arguments: Arguments) -> Iterator[tuple[Any, Any]]:
@@ -163,7 +177,7 @@ def _on_cluster(client: Any, job: Job, arguments: Arguments) -> Iterator[tuple[A
         return list(begun)
 
     try:
-        done = as_completed(submit(), raise_errors=False)
+        done = as_completed(submit(), loop=client.loop, raise_errors=False)
         for future in done:
             result = future.result()
             yield keys.pop(future), result

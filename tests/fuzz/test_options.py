@@ -100,7 +100,57 @@ def test_grasp(sandbox):
         sandbox, 14, "rollouts", ("grasp", str(CONTROLLER), "--replay"), task=TASKS,
         seed=mostly("7", else_=NUMBERS), hand_length=LENGTHS, hand_breadth=BREADTHS,
         friction=mostly("0.3", "1.5", else_=NUMBERS), trials=mostly("0", "1"), json=FLAG,
+        side=mostly("left", "right"), leave_out=mostly("cube", "jar"),
+        jobs=mostly("1", else_=st.sampled_from(["0", "-1", "many", "9999"])),
+        protocol=mostly("lift", "six-axis"), recordings=mostly(str(POSTURES.parent)),
     )  # fmt: skip
+
+
+SWEEP = {
+    "tasks": ['["cube-raise"]', '"all"', '["cube-raise", "jar-move"]'],
+    "controllers": ['["demonstrator"]', '["built-in"]', '["c.npz"]'],
+    "hands": ['["woman-5"]', "[{length = 0.17, breadth = 0.08}]"],
+    "population": ['{sex = "woman", count = 2}', '[{sex = "man", count = 1, seed = 3}]'],
+    "sides": ['["left"]', '["right", "left"]'],
+    "frictions": ["[0.5, 1]"],
+    "mass_scales": ["[0.5]"],
+    "seeds": ["1", "[0, 7]"],
+}
+VALUES = st.sampled_from(SHORT).map(lambda word: f'"{word}"') | st.sampled_from(SHORT) | NUMBERS
+
+
+@st.composite
+def sweeps(draw: st.DrawFn) -> tuple[str, bool]:
+    """A TOML file with at least one thing wrong most of the time, and whether nothing is."""
+    lines, good = [], True
+    for key, values in SWEEP.items():
+        if key in ("tasks", "controllers") or draw(st.booleans()):
+            value = draw(st.sampled_from(values))
+            kind = draw(st.sampled_from(["as it is"] * 6 + ["value", "list", "key", "cut"]))
+            good &= kind == "as it is"
+            if kind in ("value", "list"):
+                odd = draw(VALUES)
+                value = odd if kind == "value" else f"[{odd}]"
+            name = draw(WORDS) if kind == "key" else key
+            lines.append(f"{name} = {value}"[: 5 if kind == "cut" else None])
+    return "\n".join(lines) + "\n", good
+
+
+def test_sweep(sandbox, monkeypatch):
+    """No grasp is made: what can be swept is told by its number of runs."""
+    monkeypatch.setattr("handsim.simulation.sweep.sweep", lambda *args: None)
+    monkeypatch.setattr("handsim.simulation.sweep_plans.SweepGraspers.plan", lambda *args: None)
+
+    def check(chosen: tuple[str, bool]) -> None:
+        text, good = chosen
+        sandbox.fresh()
+        shutil.copy(CONTROLLER, sandbox.inputs / "c.npz")
+        (sandbox.inputs / "s.toml").write_text(text, encoding="utf-8", errors="replace")
+        code = sandbox.run("sweep", sandbox.inputs / "s.toml", "-o", sandbox.outputs / "r.csv")
+        assert code == 0 or not good
+
+    search(check, sweeps(), 100 * sandbox.cases)
+    assert {0, 2} <= set(sandbox.codes)
 
 
 def test_render(sandbox):
