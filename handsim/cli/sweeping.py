@@ -23,8 +23,8 @@ from handsim.cli.console import (
 if TYPE_CHECKING:
     from handsim.simulation.conditions import Conditions
     from handsim.simulation.grasping import Grasper
+    from handsim.simulation.pool import Pool
     from handsim.simulation.sweep_plans import Source
-    from handsim.simulation.sweep_pool import Pool
 
 
 def sweep(
@@ -126,7 +126,7 @@ def _script() -> "Source":
 
 @contextmanager
 def _pool(jobs: int | None, dask: str | None) -> "Iterator[Pool]":
-    from handsim.simulation.sweep_pool import dask_cluster, processes
+    from handsim.simulation.pool import dask_cluster, processes
 
     if dask is None:
         from joblib import cpu_count

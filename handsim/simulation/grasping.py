@@ -1,8 +1,8 @@
-"""What grasps, under which conditions, and several at a time."""
+"""What grasps, and under which conditions."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from handsim.errors import InputError
 from handsim.hand.grasp_task import Task
@@ -14,6 +14,7 @@ from handsim.simulation.conditions import Conditions, perturb
 from handsim.simulation.plan import GraspPlan
 from handsim.simulation.plan_store import PlanStore
 from handsim.simulation.planner import plan_grasp, replayed_plan, run_plan
+from handsim.simulation.pool import in_order, processes
 from handsim.simulation.rollout import Rollout
 
 Grasper = Callable[[Task, Conditions], Rollout]
@@ -79,7 +80,7 @@ class ControllerGrasper:
         known = self.store.read()
         unknown = [task for task in tasks if task.name not in known]
         arguments = [(task, conditions) for task in unknown]
-        for name, plan, held in run_at_once(self._planned, arguments, n_jobs):
+        for name, plan, held in in_order(processes(n_jobs), self._planned, arguments):
             self.store.add(name, plan, held)
 
     def _planned(self, task: Task, conditions: Conditions) -> tuple[str, GraspPlan, bool]:
@@ -96,19 +97,6 @@ class ControllerGrasper:
         """Return a plan of another controller for a task, or None."""
         known = (store.read().get(task.name) for store in self.hints)
         return next((plan for plan in known if plan is not None), None)
-
-
-def run_at_once(
-    job: Callable[..., Any], arguments: Sequence[tuple[Any, ...]], n_jobs: int
-) -> Iterator[Any]:
-    """Do a job for each tuple of arguments and yield the results in order, as they come."""
-    if n_jobs == 1:
-        yield from (job(*each) for each in arguments)
-        return
-    from joblib import Parallel, delayed
-
-    work = (delayed(job)(*each) for each in arguments)
-    yield from Parallel(n_jobs=n_jobs, return_as="generator")(work)  # pyright: ignore[reportGeneralTypeIssues, reportOptionalIterable]
 
 
 def without_object(recordings: RecordingSet, name: str) -> RecordingSet:

@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 from handsim.hand.grasp_task import Task
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.grasping import ControllerGrasper, Grasper, run_at_once, trial_conditions
+from handsim.simulation.grasping import ControllerGrasper, Grasper, trial_conditions
+from handsim.simulation.pool import in_order, processes
 from handsim.simulation.quality import grasp_quality
 from handsim.simulation.rollout import Rollout
 from handsim.simulation.six_axis import SixAxisOutcome, six_axis
@@ -153,7 +154,7 @@ def judge_runs(
     if n_jobs > 1 and isinstance(grasp, ControllerGrasper):
         grasp.prepare(tasks, conditions, n_jobs)
     runs = [(task, each) for task in tasks for each in trial_conditions(conditions, n_trials)]
-    judged = run_at_once(judge_run, [(grasp, *run, protocol) for run in runs], n_jobs)
+    judged = in_order(processes(n_jobs), judge_run, [(grasp, *run, protocol) for run in runs])
     for (task, _), (run, rollout) in zip(runs, judged, strict=True):
         yield task, run, rollout
 

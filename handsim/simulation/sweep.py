@@ -7,9 +7,9 @@ from dataclasses import asdict, astuple, dataclass, fields
 
 from handsim.errors import HandsimError
 from handsim.simulation.grasping import Grasper
+from handsim.simulation.pool import Pool
 from handsim.simulation.rollout import current_versions
 from handsim.simulation.sweep_plans import Progress, Source, SweepGraspers
-from handsim.simulation.sweep_pool import Pool
 from handsim.simulation.sweep_spec import SweepRun, SweepSpec
 from handsim.simulation.sweep_table import ResultsTable
 

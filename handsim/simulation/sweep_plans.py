@@ -6,13 +6,13 @@ from typing import Any
 
 from handsim.hand.grasp_task import Task
 from handsim.learning.controller import GraspController
-from handsim.simulation.closed_loop import Stage
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.grasping import ControllerGrasper, Grasper
 from handsim.simulation.plan import GraspPlan
 from handsim.simulation.planner import plan_grasp, run_plan
+from handsim.simulation.pool import Pool
 from handsim.simulation.rollout import Rollout
-from handsim.simulation.sweep_pool import Pool
+from handsim.simulation.stage import Stage
 from handsim.simulation.sweep_spec import SweepRun, SweepSpec
 from handsim.simulation.sweep_table import ResultsTable
 

@@ -9,11 +9,11 @@ from handsim.cli import defaults
 from handsim.files import data_folder
 from handsim.learning.controller import GraspController
 from handsim.simulation import grasping
-from handsim.simulation.closed_loop import Stage
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.plan_store import PlanStore
 from handsim.simulation.planner import run_plan
 from handsim.simulation.rollout import read_rollout
+from handsim.simulation.stage import Stage
 
 EXPERIMENTS = data_folder("assets") / "experiments"
 CONTROLLER = data_folder("assets") / "controller.npz"

@@ -66,6 +66,9 @@ def test_the_object_weighs_what_the_protocol_says(cube):
     hand = model.geom("index_distal_geom")
     np.testing.assert_allclose(hand.friction[:2], (0.6, 0.02))
     assert model.geom("table").contype == 0
+    assert (model.opt.impratio, model.opt.noslip_iterations) == (10.0, 2)
+    hard = _protocol_model(cube, hard=True)
+    assert (hard.opt.impratio, hard.opt.noslip_iterations) == (1.0, 0)
 
 
 def test_the_worst_of_the_six_decides():

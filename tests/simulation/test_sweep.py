@@ -13,9 +13,9 @@ from handsim.simulation import sweep as module
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.grasping import ControllerGrasper
 from handsim.simulation.plan_store import PlanStore, plan_key
+from handsim.simulation.pool import one_by_one, processes
 from handsim.simulation.sweep import COLUMNS, sweep, sweep_key
 from handsim.simulation.sweep_plans import Source, SweepGraspers
-from handsim.simulation.sweep_pool import one_by_one, processes
 from handsim.simulation.sweep_spec import SweepSpec, hand_preset
 from handsim.simulation.sweep_summary import rates, results_table
 from handsim.simulation.sweep_table import open_table

@@ -21,7 +21,7 @@ from types import SimpleNamespace
 from handsim import task_by_name
 from handsim.simulation.sweep import COLUMNS, sweep
 from handsim.simulation.sweep_plans import Source, SweepGraspers
-from handsim.simulation.sweep_pool import one_by_one
+from handsim.simulation.pool import one_by_one
 from handsim.simulation.sweep_spec import SweepSpec
 from handsim.simulation.sweep_table import open_table
 from handsim.simulation.trials import Outcome

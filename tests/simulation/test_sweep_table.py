@@ -1,10 +1,12 @@
 """The table of a sweep: cut off anywhere, it goes on to the same bytes."""
 
+import os
 import random
 
 import pytest
 
 from handsim.errors import FileError
+from handsim.simulation import sweep_table
 from handsim.simulation.sweep_table import open_table
 
 COLUMNS = ("name", "value")
@@ -141,14 +143,31 @@ def test_the_table_put_in_place_of_a_locked_one_is_what_the_next_reads(path, who
     assert path.read_bytes() == whole
 
 
+def test_a_table_replaced_before_it_is_locked_is_opened_anew(path, whole, monkeypatch):
+    """Another sweep puts its complete table in place between opening and locking."""
+    path.write_bytes(whole[:40])
+    lock, replaced = sweep_table._lock, []
+
+    def late(stream, path):
+        if not replaced:
+            replaced.append(path)
+            other = path.with_name("complete.csv")
+            other.write_bytes(whole)
+            other.replace(path)
+        lock(stream, path)
+
+    monkeypatch.setattr(sweep_table, "_lock", late)
+    with table_at(path) as table:
+        assert len(table) == N
+    assert path.read_bytes() == whole
+
+
 def test_links_folders_and_devices_are_refused(path, tmp_path, whole):
     (tmp_path / "real.csv").write_bytes(whole)
     path.symlink_to(tmp_path / "real.csv")
     for odd in (path, tmp_path, tmp_path / "nowhere" / "results.csv"):
         with pytest.raises(FileError):
             table_at(odd).__enter__()
-    import os
-
     fifo = tmp_path / "fifo.csv"
     os.mkfifo(fifo)
     with pytest.raises(FileError, match="not a plain file"):

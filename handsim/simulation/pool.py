@@ -36,6 +36,17 @@ def one_by_one(job: Job, arguments: Arguments) -> Iterator[tuple[Any, Any]]:
         yield key, job(*values)
 
 
+def in_order(pool: Pool, job: Job, arguments: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
+    """Do a job for each tuple of arguments and yield the results in their order, as they come."""
+    waiting: dict[int, Any] = {}
+    following = 0
+    for number, result in pool(job, enumerate(arguments)):
+        waiting[number] = result
+        while following in waiting:
+            yield waiting.pop(following)
+            following += 1
+
+
 def processes(n_jobs: int) -> Pool:
     """Return a pool of processes on this machine.
 

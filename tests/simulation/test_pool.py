@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from handsim.errors import HandsimError, InputError, MissingToolError
-from handsim.simulation.sweep_pool import dask_cluster, one_by_one, processes
+from handsim.simulation.pool import dask_cluster, in_order, one_by_one, processes
 
 
 def double(x: int) -> int:
@@ -45,6 +45,14 @@ def numbered(n: int, *more: object):
 def test_every_key_comes_back_with_its_result(n_jobs):
     assert dict(processes(n_jobs)(double, numbered(20))) == {i: 2 * i for i in range(20)}
     assert list(processes(n_jobs)(double, [])) == []
+
+
+def test_results_come_in_the_order_of_the_arguments():
+    def backwards(job, arguments):
+        return reversed([(key, job(*values)) for key, values in arguments])
+
+    for pool in (one_by_one, backwards, processes(2)):
+        assert list(in_order(pool, double, [(i,) for i in range(9)])) == list(range(0, 18, 2))
 
 
 def test_in_one_process_jobs_begin_when_their_results_are_asked_for():
@@ -88,7 +96,7 @@ def test_errors_of_a_job_are_passed_on():
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "", "ftp://x", "tcp://:x"])
 def test_addresses_where_nobody_answers(address, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("handsim.simulation.sweep_pool.WAIT", 0.5)
+    monkeypatch.setattr("handsim.simulation.pool.WAIT", 0.5)
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         dask_cluster(address).__enter__()
 
