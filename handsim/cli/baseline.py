@@ -62,10 +62,10 @@ def check(
     controller: ControllerOption = None,
     recordings: RecordingsOption = None,
     tolerance_deg: Annotated[
-        float | None, typer.Option(help="Largest deviation of a joint in a movement [deg].")
+        float | None, typer.Option(help="Largest deviation of a joint in a movement, in deg.")
     ] = None,
     grasp_tolerance_deg: Annotated[
-        float | None, typer.Option(help="Largest deviation of a joint in a grasp [deg].")
+        float | None, typer.Option(help="Largest deviation of a joint in a grasp, in deg.")
     ] = None,
     friction: Annotated[float | None, typer.Option(help="Sliding friction of the hand.")] = None,
     ignore_inputs: Annotated[

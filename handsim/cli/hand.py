@@ -13,8 +13,8 @@ app = typer.Typer()
 @app.command()
 def build(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the model.")],
-    hand_length: Annotated[float | None, typer.Option(help="Hand length [m].")] = None,
-    hand_breadth: Annotated[float | None, typer.Option(help="Hand breadth [m].")] = None,
+    hand_length: Annotated[float | None, typer.Option(help="Hand length in m.")] = None,
+    hand_breadth: Annotated[float | None, typer.Option(help="Hand breadth in m.")] = None,
     side: Annotated[Literal["right", "left"], typer.Option(help="Which hand.")] = "right",
 ) -> None:
     """Write the hand as MJCF that plain MuJoCo loads."""

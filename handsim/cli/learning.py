@@ -148,7 +148,7 @@ def postures(
         Path | None, typer.Option(help="Posture file whose last frame is the destination.")
     ] = None,
     duration: Annotated[
-        float | None, typer.Option(help="Duration [s]; that of the recordings if left out.")
+        float | None, typer.Option(help="Duration in s; that of the recordings if left out.")
     ] = None,
     time_law: Annotated[
         Literal["natural", "gradient"], typer.Option(help="Speed along the path.")

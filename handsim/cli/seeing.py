@@ -27,7 +27,7 @@ def render(
     camera: Annotated[
         str, typer.Option(help="view, front, side, palm, top, orbit, follow, or the model's own.")
     ] = "view",
-    size: Annotated[str, typer.Option(help="Width x height [pixels].")] = "640x480",
+    size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "640x480",
     fps: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
     postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
     plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,

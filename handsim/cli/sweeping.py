@@ -42,7 +42,11 @@ def sweep(
 ) -> None:
     """Grasp with tasks, controllers, hands and conditions in all combinations.
 
-    A table that is there already is gone on with.
+    A table that is there already is gone on with. SWEEP.toml holds tasks
+    (names, or "all") and, where the usual will not do, controllers (built-in,
+    demonstrator, files), hands (presets, or {length, breadth} in m),
+    population ({sex, count, seed}), sides, frictions, mass_scales and seeds
+    (a number, or a list; 0 is the nominal run).
     """
     check_gl()
 
