@@ -1,6 +1,7 @@
 """Tensor B-splines against scipy, finite differences and the properties they must have."""
 
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -82,16 +83,27 @@ def test_tables_of_cells_are_bounded_and_left_out_of_pickles(
     spline = random_spline(2)
     monkeypatch.setattr(bspline, "_MAX_TABLED", 3 * 48)
     points = points_in(spline, 60)
-    spline.jet(points[0], 1)
-    with_one = len(pickle.dumps(spline))
+    empty = len(pickle.dumps(spline))
     values = spline.jets(points, 1)[0]
     for point, value in zip(points, values, strict=True):
         assert spline.jet(point, 1)[0] == pytest.approx(value)
         assert 1 <= len(spline.tables[1]) <= 3
     copy = pickle.loads(pickle.dumps(spline))
-    assert len(spline.tables[1]) > 1 and len(pickle.dumps(spline)) == with_one
+    assert len(spline.tables[1]) > 1 and len(pickle.dumps(spline)) == empty
     np.testing.assert_array_equal(copy.coefficients, spline.coefficients)
     assert copy.jet(points[0], 1)[0] == spline.jet(points[0], 1)[0]
+
+
+def test_chunks_and_threads_do_not_meet_in_scratch_space() -> None:
+    spline = random_spline(3)
+    points = [points_in(spline, count) for count in (1, 2047, 2048, 2049, 5000)] * 6
+    alone = [[spline.jet(z, 1)[:2] for z in batch[:: len(batch) // 3 + 1]] for batch in points]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda batch: spline.jets(batch, 1), points))
+    for batch, one, (values, gradients, _) in zip(points, alone, together, strict=True):
+        every = len(batch) // 3 + 1
+        np.testing.assert_allclose(values[::every], [value for value, _ in one], atol=1e-12)
+        np.testing.assert_allclose(gradients[::every], [g for _, g in one], atol=1e-10)
 
 
 def test_uneven_and_clamped_knots() -> None:
