@@ -93,15 +93,13 @@ class NaturalTiming:
         left += max(distance - float(self.distance[-1]), 0.0)
         return self.direction(z, self.z_goal) * (left * self._rate(time))
 
-    def velocities(self, z: Array, time: float) -> Array:
-        """Return velocities (N, n) [rad/s] at postures (N, n), each to the bit as by itself."""
+    def speeds(self, z: Array, time: float) -> Array:
+        """Return the speeds (N,) [rad/s] of `velocity` at postures (N, n), to the bit."""
         away = z - self.z_goal
         squares = (away[:, None, :] @ away[:, :, None]).ravel().tolist()
         distance = np.array([square**0.5 for square in squares])
         left = np.interp(distance, self.distance, self.left)
-        left += np.maximum(distance - self.distance[-1], 0.0)
-        directions = np.stack([self.direction(each, self.z_goal) for each in z])
-        return directions * (left * self._rate(time))[:, None]
+        return (left + np.maximum(distance - self.distance[-1], 0.0)) * self._rate(time)
 
     def _rate(self, time: float) -> float:
         x = min(max(time / self.duration, 0.0), _HOLD)

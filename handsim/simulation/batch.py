@@ -9,6 +9,7 @@ others are made side by side. Either way each comes out as `simulate` makes it, 
 import os
 from collections.abc import Hashable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import replace
 
 import mujoco
@@ -47,7 +48,7 @@ def grasp_batch(
     for each in conditions:
         seen = replace(each, seed=0, nominal=True, shake=0.0)  # what makes no other scene
         if seen not in stages:
-            stages[seen] = Stage.build(task, each, sensing=True)
+            stages[seen] = Stage.build(task, each)
         stage = replace(stages[seen], conditions=each)
         key = (each.side, stage.lead.tobytes())
         if key not in drivers:
@@ -95,9 +96,8 @@ def _groups(jobs: Sequence[Job]) -> list[list[int]]:
         # All sizes that a model counts, which is more than MuJoCo asks for but costs nothing.
         fields = [getattr(model, name) for name in dir(model) if name.startswith("n")]
         sizes = tuple(each for each in fields if isinstance(each, int))
-        places = (stage.object_body, stage.palm_body, stage.mocap, *hand.qpos_index.tolist())
-        key = (sizes, places, model.opt.timestep) if stage.sensing else i
-        groups.setdefault(key, []).append(i)
+        places = (stage.mocap, *hand.qpos_index.tolist(), model.names)
+        groups.setdefault((sizes, places, model.opt.timestep), []).append(i)
     return list(groups.values())
 
 
@@ -109,7 +109,8 @@ def _made(jobs: Sequence[Job]) -> list[Rollout]:
 
 
 def _alone(job: Job) -> Rollout:
-    """Make a run by itself, with a state of its own."""
-    hand = replace(job.stage.hand, data=mujoco.MjData(job.stage.hand.model))
+    """Make a run by itself, with a model and a state of its own: others may be using the stage."""
+    model = copy(job.stage.hand.model)
+    hand = replace(job.stage.hand, model=model, data=mujoco.MjData(model))
     stage = replace(job.stage, hand=hand)
     return run_alone(stage, job.plan, job.driver, job.glove, job.schedule)

@@ -15,16 +15,17 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.simulation.alignment import Wrist
-from handsim.simulation.contacts import ContactLog
 from handsim.simulation.course import LOST, Course
 from handsim.simulation.drivers import Driver
 from handsim.simulation.glove import RATE, DataGlove
 from handsim.simulation.plan import GraspPlan, Schedule, schedule_for
 from handsim.simulation.rollout import Rollout
-from handsim.simulation.seen import POSES, judged
+from handsim.simulation.seen import judged
+from handsim.simulation.sensing import SLOTS, Senses, contacts_of
 from handsim.simulation.stage import Stage
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 MAX_SPEED = 500.0
 """Joint or body speed above which a simulation is taken to have diverged [m/s or rad/s]."""
@@ -38,6 +39,10 @@ BAD_NUMBERS = tuple(
     )
 )
 """MuJoCo's warnings of what is no number; but for the controls it starts again from rest."""
+LOOKED_AT = 25
+"""Every how many readings it is seen whether the simulation has diverged. Arithmetic on arrays
+between steps slows the steps down, by 4 % on processors that change their clock for it."""
+NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
 @contextmanager
@@ -103,20 +108,28 @@ def run_alone(
     substeps = steps_per_reading(model)
     closed = int(np.searchsorted(course.times, driver.reach, side="right"))
     speed, warnings = data.qvel, data.warning.number
-    n, unstable = len(course.times), False
+    n, stop = len(course.times), None
     for tick in range(n):
         if tick < closed:
             run.command(tick)
         elif tick == closed:
             run.command_rest(tick)
         run.send_and_keep(tick)
-        mujoco.mj_step(model, data, nstep=substeps)
-        # The sum of squares tells at once where no single speed can be too large.
-        if not speed @ speed <= MAX_SPEED**2 or warnings.any():
-            unstable = diverged(speed, warnings)
-        if unstable or (brief and run.lost(tick)):
+        # What the sensors tell is read once a reading, after the last step.
+        model.opt.disableflags |= NO_SENSORS
+        mujoco.mj_step(model, data, nstep=substeps - 1)
+        model.opt.disableflags &= ~NO_SENSORS
+        mujoco.mj_step(model, data)
+        run.after[tick], run.warned[tick] = speed, warnings
+        if (tick + 1) % LOOKED_AT == 0 or tick + 1 == n:
+            stop = run.first_diverged(tick)
+            if stop is not None:
+                break
+        if brief and run.lost(tick):
             n = tick + 1
             break
+    unstable = stop is not None
+    n = n if stop is None else stop + 1
     return judged(stage, course, driver, glove, run.seen(n), unstable=unstable)
 
 
@@ -125,9 +138,10 @@ def steps_per_reading(model: mujoco.MjModel) -> int:
     return round(1.0 / (RATE * model.opt.timestep))
 
 
-def diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> bool:
-    """Whether a state has left all bounds, by its velocities and its warnings' counters."""
-    return bool(warnings[list(BAD_NUMBERS)].any() or not (np.abs(qvel) <= MAX_SPEED).all())
+def diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> Mask:
+    """Return whether states (...,) have left all bounds, by velocities and counts of warnings."""
+    slow = np.asarray(np.abs(qvel) <= MAX_SPEED).all(axis=-1)
+    return np.asarray(~slow | warnings[..., list(BAD_NUMBERS)].any(axis=-1))
 
 
 class _Run:
@@ -135,22 +149,27 @@ class _Run:
 
     def __init__(self, stage: Stage, course: Course, driver: Driver, glove: DataGlove) -> None:
         self.stage, self.course, self.driver, self.glove = stage, course, driver, glove
-        self.wrist = Wrist(stage.hand.model)
-        model, data = stage.hand.model, stage.hand.data
-        n = len(course.times)
-        self.ctrl = np.zeros((n, model.nu))
+        self.wrist, self.senses = Wrist(stage.hand.model), Senses(stage.hand.model)
+        data, n = stage.hand.data, len(course.times)
+        self.data = data
+        self.ctrl = np.zeros((n, stage.hand.model.nu))
         self.mocap_pos, self.mocap_quat = np.empty((n, 3)), np.empty((n, 4))
-        self.contacts = ContactLog(data)
-        body = {"object": stage.object_body, "palm": stage.palm_body}
-        views = {"qpos": data.qpos, "qvel": data.qvel}
-        views |= {name: getattr(data, array)[body[of]] for name, (array, of) in POSES.items()}
-        self.kept = {name: np.empty((n, *view.shape)) for name, view in views.items()}
-        self.pairs = [(self.kept[name], view) for name, view in views.items()]
+        self.qpos, self.qvel = np.empty((n, len(data.qpos))), np.empty((n, len(data.qvel)))
+        self.after = np.empty((n, len(data.qvel)))
+        self.warned = np.zeros((n, len(data.warning.number)), dtype=np.int32)
+        self.n_looked_at = 0
+        view = data.sensordata[self.senses.first :]
+        self.sensed = np.empty((n, len(view)))
+        self.height = view[self.senses.height]
+        self.crowded: dict[int, tuple[Array, float]] = {}
         self.sent = [
             (self.ctrl, data.ctrl),
             (self.mocap_pos, data.mocap_pos[stage.mocap]),
             (self.mocap_quat, data.mocap_quat[stage.mocap]),
         ]
+        self.kept = [
+            (self.qpos, data.qpos), (self.qvel, data.qvel), (self.sensed, view)
+        ]  # fmt: skip
 
     def start(self, q_start: Array) -> None:
         """Put hand and forearm at the start, at rest."""
@@ -159,14 +178,19 @@ class _Run:
         free = hand.data.joint("forearm")
         pose = self.wrist.forearm(course.palm_pos[0], course.palm_quat[0], q_start)
         free.qpos[:3], free.qpos[3:] = pose
+        hand.model.opt.disableflags &= ~NO_SENSORS
         hand.set_posture(q_start)
+        self.first_height = float(self.height[0])
+
+    def targets(self, tick: int) -> Array:
+        """Read the glove and ask the driver, (22,) [rad]."""
+        reading = self.glove.reading(self.stage.hand.q, self.course.disturbance[tick])
+        return self.driver.targets(float(self.course.times[tick]), reading)
 
     def command(self, tick: int) -> None:
-        """Read the glove and lay down where actuators and forearm are to go."""
+        """Lay down where actuators and forearm are to go at a reading."""
         course, hand = self.course, self.stage.hand
-        reading = self.glove.reading(hand.q, course.disturbance[tick])
-        targets = self.driver.targets(float(course.times[tick]), reading)
-        ctrl = course.commanded(targets, tick)
+        ctrl = course.commanded(self.targets(tick), tick)
         self.ctrl[tick, hand.ctrl_index] = ctrl
         self.mocap_pos[tick], self.mocap_quat[tick] = self.wrist.forearm(
             course.palm_pos[tick], course.palm_quat[tick], ctrl
@@ -175,9 +199,7 @@ class _Run:
     def command_rest(self, tick: int) -> None:
         """Lay down all that is left, from a reading on: the targets stay what they are."""
         course, hand, rest = self.course, self.stage.hand, slice(tick, None)
-        reading = self.glove.reading(hand.q, course.disturbance[tick])
-        targets = self.driver.targets(float(course.times[tick]), reading)
-        ctrl = course.commanded(targets, rest)
+        ctrl = course.commanded(self.targets(tick), rest)
         self.ctrl[rest, hand.ctrl_index] = ctrl
         self.mocap_pos[rest], self.mocap_quat[rest] = self.wrist.forearms(
             course.palm_pos[rest], course.palm_quat[rest], ctrl
@@ -187,23 +209,37 @@ class _Run:
         """Give the commands to the simulation and keep a sample of everything."""
         for rows, view in self.sent:
             view[:] = rows[tick]
-        for rows, view in self.pairs:
+        for rows, view in self.kept:
             rows[tick] = view
-        self.contacts.keep()
+        if self.data.ncon > SLOTS:
+            self.crowded[tick] = contacts_of(self.stage.hand.model, self.data)
+
+    def first_diverged(self, tick: int) -> int | None:
+        """Return the first reading, after those looked at before, after which the run diverged."""
+        new = slice(self.n_looked_at, tick + 1)
+        self.n_looked_at = tick + 1
+        bad = np.flatnonzero(diverged(self.after[new], self.warned[new]))
+        return new.start + int(bad[0]) if bad.size else None
 
     def lost(self, tick: int) -> bool:
         """Whether the object stays behind a palm that was to lift it."""
         if self.stage.task.rule.lift < LOST or self.course.lift[tick] < 2 * LOST:
             return False
-        rise = self.stage.hand.data.xipos[self.stage.object_body, 2] - self.kept["object_pos"][0, 2]
-        return bool(rise < LOST)
+        return bool(self.height[0] - self.first_height < LOST)
 
     def seen(self, n: int) -> dict[str, Array]:
         """Return the first ``n`` samples, as `judged` wants them."""
-        stage = self.stage
-        commands = {
-            "ctrl": self.ctrl, "mocap_pos": self.mocap_pos, "mocap_quat": self.mocap_quat,
-        }  # fmt: skip
-        samples = {name: rows[:n] for name, rows in (self.kept | commands).items()}
-        force, depth = self.contacts.totals(stage.part_of_geom, stage.of_object)
-        return samples | {"contact_force": force, "penetration": depth}
+        sensed = self.sensed[:n]
+        force, depth, _ = self.senses.contacts(sensed)
+        for tick, exact in self.crowded.items():
+            force[tick], depth[tick] = exact
+        return {
+            "qpos": self.qpos[:n],
+            "qvel": self.qvel[:n],
+            "ctrl": self.ctrl[:n],
+            "mocap_pos": self.mocap_pos[:n],
+            "mocap_quat": self.mocap_quat[:n],
+            "contact_force": force,
+            "penetration": depth,
+            **self.senses.poses(sensed),
+        }

@@ -37,7 +37,10 @@ class Driver(Protocol):
         ...
 
     def coordinates(self, reading: Array) -> Array:
-        """Return what the driver sees of readings (..., 22): (..., n_components), 0 for a script."""
+        """Return readings (..., 22) as the driver sees them, (..., n_components).
+
+        A script sees nothing: n_components is 0.
+        """
         ...
 
     def arrived(self, reading: Array) -> bool:
@@ -127,13 +130,15 @@ class LearnedDriver:
 
     def _targets_of_many(self, time: float, readings: Array) -> Array:
         # Stacks of vectors, so that there are as many products of a vector with a matrix: a
-        # product of two matrices would round otherwise.
-        subspace = self.controller.subspace
+        # product of two matrices would round otherwise, and so would `directions`.
+        subspace, flow = self.controller.subspace, self.controller.navigation.evaluator()
         z = subspace.transform(readings[:, None])
-        velocity = self.timing.velocities(z[:, 0], time)[:, None]
-        posture = subspace.inverse_transform(z)
-        targets = posture + (velocity @ subspace.components_) * self.lead
-        return clip_to_range(targets[:, 0])
+        direction = np.empty_like(z[:, 0])
+        for here, there in zip(z[:, 0], direction, strict=True):
+            flow.direction(here, self.z_goal, there)
+        velocity = direction * self.timing.speeds(z[:, 0], time)[:, None]
+        lead = (velocity[:, None] @ subspace.components_)[:, 0] * self.lead
+        return clip_to_range(subspace.inverse_transform(z)[:, 0] + lead)
 
     def coordinates(self, reading: Array) -> Array:
         """Return readings in the subspace, (..., n_components) [rad]."""

@@ -18,14 +18,14 @@ from mujoco.batch import Batch
 from handsim.hand.model import HandModel
 from handsim.joints import N_JOINTS, clip_to_range
 from handsim.simulation.alignment import Wrist
-from handsim.simulation.closed_loop import MAX_SPEED, diverged, steps_per_reading
-from handsim.simulation.contacts import ContactSensors
+from handsim.simulation.closed_loop import LOOKED_AT, diverged, steps_per_reading
 from handsim.simulation.course import Course
 from handsim.simulation.drivers import Driver
 from handsim.simulation.glove import DataGlove
 from handsim.simulation.plan import GraspPlan, Schedule, schedule_for
 from handsim.simulation.rollout import CONTACT_PARTS, Rollout
-from handsim.simulation.seen import POSES, judged
+from handsim.simulation.seen import judged
+from handsim.simulation.sensing import Senses
 from handsim.simulation.stage import Stage
 
 Array = npt.NDArray[np.float64]
@@ -41,9 +41,7 @@ class Job:
 
     Attributes
     ----------
-    stage
-        Built with ``sensing``; without it the run is made by itself.
-    plan, driver
+    stage, plan, driver
     schedule
         Timing; by default that of the task.
     glove
@@ -63,7 +61,7 @@ class Lockstep:
     Parameters
     ----------
     jobs
-        Their stages are built with ``sensing``, and their models have one shape.
+        Their models have one shape.
     """
 
     def __init__(self, jobs: Sequence[Job]) -> None:
@@ -71,6 +69,8 @@ class Lockstep:
         self.hand, self.mocap = jobs[0].stage.hand, jobs[0].stage.mocap
         self.batch = Batch(self.hand.model, len(jobs), 1)
         self.batch.set_models([job.stage.hand.model for job in jobs])
+        self.senses = Senses(self.hand.model)
+        self.sensed = self.batch.bind("sensordata")[:, self.senses.first :]
         self.courses = _courses(jobs)
         self.teams = _teams(jobs, self.courses)
         self.ends = np.array([len(course.times) for course in self.courses])
@@ -83,6 +83,12 @@ class Lockstep:
         }
         self.samples["contact_force"] = np.zeros((*shape, len(CONTACT_PARTS)))
         self.samples["penetration"] = np.zeros(shape)
+        self.samples["poses"] = np.zeros((*shape, self.senses.n_poses))
+        # Of the last readings: velocities after them, counts of warnings, and what sensors told.
+        n_warnings, recent = self.batch.warning.shape[1], (len(jobs), LOOKED_AT)
+        self.after = np.zeros((*recent, self.hand.model.nv))
+        self.warned = np.zeros((*recent, n_warnings), dtype=np.int32)
+        self.told = np.zeros((*recent, self.sensed.shape[1]))
 
     def commanded(self) -> dict[str, Array]:
         """Return where the batch takes commands, (n_runs, ...), by name."""
@@ -92,11 +98,8 @@ class Lockstep:
         }
 
     def visible(self) -> dict[str, Array]:
-        """Return where the batch has what is kept, (n_runs, ...), by name."""
-        bind, stage = self.batch.bind, self.jobs[0].stage
-        body = {"object": stage.object_body, "palm": stage.palm_body}
-        poses = {name: bind(array)[:, body[of]] for name, (array, of) in POSES.items()}
-        return {"qpos": bind("qpos"), "qvel": bind("qvel")} | poses
+        """Return where the batch has what is kept as it is, (n_runs, ...), by name."""
+        return {name: self.batch.bind(name) for name in ("qpos", "qvel")}
 
     def made(self) -> list[Rollout | None]:
         """Make the runs; None for one that had more contacts than its sensors could tell."""
@@ -104,25 +107,37 @@ class Lockstep:
         batch, samples = self.batch, self.samples
         sent = [(samples[name], at) for name, at in self.commanded().items()]
         kept = [(samples[name], at) for name, at in self.visible().items()]
-        sensors, sensed = ContactSensors(self.hand.model), batch.bind("sensordata")
-        force, depth = samples["contact_force"], samples["penetration"]
-        qpos, qvel, warnings = batch.bind("qpos"), batch.bind("qvel"), batch.warning[:, :, 1]
-        substeps = steps_per_reading(self.hand.model)
-        for tick in range(int(self.ends.max())):
-            active = self.ends > tick
+        warnings, substeps = batch.warning[:, :, 1], steps_per_reading(self.hand.model)
+        qpos, qvel, sensed = batch.bind("qpos"), batch.bind("qvel"), self.sensed
+        n = int(self.ends.max())
+        for tick in range(n):
+            active, recent = self.ends > tick, tick % LOOKED_AT
             for team in self.teams:
                 team.command(tick, qpos, samples)
             for rows, place in sent:
                 place[:] = rows[:, tick]
             for rows, place in kept:
                 rows[:, tick] = place
-            force[:, tick], depth[:, tick], too_many = sensors.totals(sensed)
-            self.unseen |= too_many & active
+            self.told[:, recent] = sensed
             batch.step(active, nstep=substeps)
-            if not np.abs(qvel).max() <= MAX_SPEED or warnings.any():
-                gone = [i for i in np.flatnonzero(active) if diverged(qvel[i], warnings[i])]
-                self.ends[gone], self.unstable[gone] = tick + 1, True
+            self.after[:, recent], self.warned[:, recent] = qvel, warnings
+            if recent + 1 == LOOKED_AT or tick + 1 == n:
+                self.look_at(tick - recent, recent + 1)
         return [self.run(i) for i in range(len(self.jobs))]
+
+    def look_at(self, start: int, n: int) -> None:
+        """Take in what was told in the last ``n`` readings, and end runs that have diverged."""
+        samples, rows, told = self.samples, slice(start, start + n), self.told[:, :n]
+        force, depth, crowded = self.senses.contacts(told.reshape(-1, told.shape[-1]))
+        samples["contact_force"][:, rows] = force.reshape(len(told), n, -1)
+        samples["penetration"][:, rows] = depth.reshape(len(told), n)
+        samples["poses"][:, rows] = told[:, :, : self.senses.n_poses]
+        bad = diverged(self.after[:, :n], self.warned[:, :n])
+        bad &= np.arange(start, start + n) < self.ends[:, None]
+        for i in np.flatnonzero(bad.any(axis=1)):
+            self.ends[i], self.unstable[i] = start + int(bad[i].argmax()) + 1, True
+        within = np.arange(start, start + n) < self.ends[:, None]
+        self.unseen |= (crowded.reshape(len(told), n) & within).any(axis=1)
 
     def start(self) -> None:
         """Put hands and forearms at the start, at rest, as `HandModel.set_posture` does."""
@@ -145,6 +160,7 @@ class Lockstep:
         job, unstable = self.jobs[i], bool(self.unstable[i])
         # Copies, so that one run that is kept does not keep all others in memory.
         seen = {name: rows[i, : self.ends[i]].copy() for name, rows in self.samples.items()}
+        seen |= self.senses.poses(seen.pop("poses"))
         return judged(job.stage, self.courses[i], job.driver, job.glove, seen, unstable=unstable)
 
 

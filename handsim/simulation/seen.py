@@ -15,16 +15,6 @@ from handsim.simulation.trials import GraspTraces, judge
 
 Array = npt.NDArray[np.float64]
 
-POSES: dict[str, tuple[str, str]] = {
-    "object_pos": ("xipos", "object"),
-    "object_quat": ("xquat", "object"),
-    "object_origin": ("xpos", "object"),
-    "object_axes": ("xmat", "object"),
-    "palm_pos": ("xpos", "palm"),
-    "palm_quat": ("xquat", "palm"),
-}
-"""What is kept of bodies in each sample: MuJoCo's array, and the body."""
-
 
 def judged(
     stage: Stage,
@@ -43,7 +33,7 @@ def judged(
         What the run was made with.
     seen
         Samples, a row each: ``qpos``, ``qvel``, ``ctrl``, ``mocap_pos``, ``mocap_quat``,
-        ``contact_force``, ``penetration`` and those of `POSES`.
+        ``contact_force``, ``penetration`` and the poses that `Senses` gives.
     unstable
         Whether the simulation diverged after the last sample.
     """
@@ -59,7 +49,7 @@ def judged(
     }
     if unstable:  # files hold numbers only
         arrays = {name: np.nan_to_num(values) for name, values in arrays.items()}
-    axes = arrays.pop("object_axes").reshape(n, 3, 3)
+    axes = np.stack([arrays.pop(f"object_{axis}") for axis in "xyz"], axis=2)
     front_pos = arrays.pop("object_origin") + axes @ stage.front
     joint = stage.task.rule.joint
     hinge = stage.hand.model.joint(joint).qposadr[0] if joint else None

@@ -16,7 +16,7 @@ from handsim.hand.model import HandModel
 from handsim.hand.objects import read_mesh
 from handsim.hand.scene import build_scene
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.contacts import parts_of_geoms, replace_sensors
+from handsim.simulation.sensing import add_senses
 
 Array = npt.NDArray[np.float64]
 
@@ -32,27 +32,18 @@ class Stage:
     conditions
         What the scene was built with.
     hand
-        The scene's model and data.
+        The scene's model and data; its last sensors are those of `add_senses`.
     xml
-        Gives the model as text, without the sensors of ``sensing``. It takes as long as compiling
-        and few ask for it, so that it is made when it is wanted.
+        Gives the model as text, with the hand's own sensors. It takes as long as compiling and
+        few ask for it, so that it is made when it is wanted.
     mocap
         Row of the forearm's target.
     thing
         The object.
     front : (3,) [m]
         Its front end in its own frame.
-    object_body, palm_body
-        Body ids.
-    part_of_geom : (n_geom,)
-        Column of `CONTACT_PARTS` for the hand's geoms, -1 for all others.
-    of_object : (n_geom,)
-        Whether a geom belongs to the object.
     lead : (22,) [s]
         Damping over stiffness of the actuators.
-    sensing
-        Whether the model has contact sensors, which a batch reads, in place of the hand's own.
-        Without, it computes no sensors at all.
     """
 
     task: Task
@@ -62,25 +53,15 @@ class Stage:
     mocap: int
     thing: GraspObject
     front: Array
-    object_body: int
-    palm_body: int
-    part_of_geom: npt.NDArray[np.intp]
-    of_object: npt.NDArray[np.bool_]
     lead: Array
-    sensing: bool = False
 
     @classmethod
-    def build(cls, task: Task, conditions: Conditions, *, sensing: bool = False) -> "Stage":
+    def build(cls, task: Task, conditions: Conditions) -> "Stage":
         """Build the scene of a task under the given conditions."""
         spec = _scene(task, conditions)
-        if sensing:
-            replace_sensors(spec)
+        add_senses(spec)
         hand = HandModel.from_spec(spec)
         model = hand.model
-        if not sensing:
-            model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        object_body = model.body("object").id
-        root = model.body_rootid[model.geom_bodyid]
         index = hand.ctrl_index
         stiffness = model.actuator_gainprm[index, 0]
         damping = -model.actuator_biasprm[index, 2]
@@ -93,12 +74,7 @@ class Stage:
             mocap=int(model.body("forearm_target").mocapid[0]),
             thing=thing,
             front=_front_end(thing),
-            object_body=object_body,
-            palm_body=model.body("palm").id,
-            part_of_geom=parts_of_geoms(model),
-            of_object=root == object_body,
             lead=damping / stiffness,
-            sensing=sensing,
         )
 
 
