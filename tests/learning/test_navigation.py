@@ -141,15 +141,21 @@ def test_one_point_and_many_points_agree(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["exponential", "spline"])
-def test_an_evaluator_writes_what_the_function_returns(kind: str) -> None:
-    phi = NavigationFunction(obstacle(kind), 2.5)
-    evaluator, out = phi.evaluator(), np.empty(3)
-    for z in np.vstack([points(), GOAL, [-0.95, 1.9, 0.3], [-3.0, 0.5, 4.0]]):
-        value, gradient = phi.value_and_gradient(z, GOAL)
-        assert evaluator.value_and_gradient(z, GOAL, out) == value
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_an_evaluator_writes_what_the_function_returns(kind: str, n: int) -> None:
+    phi = NavigationFunction(obstacle(kind, n), 2.5)
+    evaluator, out, goal = phi.evaluator(), np.empty(n), GOAL[:n]
+    at_edge = np.array([[-0.95, 1.9, 0.3], [-3.0, 0.5, 4.0]])[:, :n]
+    z = np.vstack([points(n), goal, at_edge])
+    batch, directions = phi.jets(z, goal, 1), phi.directions(z, goal)
+    for i, one in enumerate(z):
+        value, gradient = phi.value_and_gradient(one, goal)
+        assert evaluator.value_and_gradient(one, goal, out) == value
         np.testing.assert_array_equal(out, gradient)
-        evaluator.direction(z, GOAL, out)
-        np.testing.assert_array_equal(out, phi.direction(z, GOAL))
+        np.testing.assert_allclose(gradient, batch[1][i], rtol=1e-6, atol=1e-12)
+        evaluator.direction(one, goal, out)
+        np.testing.assert_array_equal(out, phi.direction(one, goal))
+        np.testing.assert_allclose(out, directions[i], atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["exponential", "spline"])
