@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from handsim.simulation.closed_loop import MAX_SPEED
+from handsim.simulation.closed_loop import MAX_SPEED, silent
 from handsim.simulation.rollout import Rollout
 from handsim.simulation.trials import MAX_PENETRATION, Reason
 
@@ -73,6 +73,7 @@ class SixAxisOutcome:
         return self.reason is None
 
 
+@silent()
 def six_axis(rollout: Rollout, *, hard: bool = False) -> SixAxisOutcome:
     """Pull at the object of a grasp from six sides.
 
