@@ -1,0 +1,217 @@
+"""What grasps, pictures and starting cost beside MuJoCo and Python alone; run by `make bench`.
+
+A run is held against a bare loop that gives the same commands to the same scene: the model of its
+record, with all sensors of the hand. The bars are ratios of CPU time within one run, the best of
+several rounds taken in turns: other work on the machine disturbs that less than the clock.
+"""
+# pyright: reportAttributeAccessIssue=false
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import process_time
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco.batch import Batch
+
+from handsim.files import data_folder
+from handsim.hand.tasks import task_by_name
+from handsim.learning.controller import GraspController
+from handsim.simulation.batch import grasp_batch
+from handsim.simulation.closed_loop import simulate
+from handsim.simulation.conditions import Conditions
+from handsim.simulation.drivers import LearnedDriver, learned_driver
+from handsim.simulation.plan import GraspPlan, schedule_for
+from handsim.simulation.plan_store import PlanStore, plan_key
+from handsim.simulation.planner import run_plan
+from handsim.simulation.rollout import Rollout
+from handsim.simulation.stage import Stage
+
+pytestmark = pytest.mark.slow
+
+STEPS = 5
+"""Between two readings."""
+SEEDS, THREADS = 64, 2
+ALIKE = 1e-3
+"""How near the bare loop comes to the same end [m or rad]: the text of a model is rounded."""
+TASKS = ("cube-raise", "pen-write", "tall-glass-drink")
+"""A scene of usual cost, the cheapest one and one of the dearest."""
+
+
+@dataclass
+class Scene:
+    """A task that is about to be grasped, and the record of having done so."""
+
+    name: str
+    stage: Stage
+    plan: GraspPlan
+    driver: LearnedDriver
+    run: Rollout
+    model: mujoco.MjModel
+
+    def ours(self) -> Rollout:
+        return simulate(self.stage, self.plan, self.driver)
+
+    def alone(self) -> np.ndarray:
+        """The same commands to the same scene, and nothing else; the last positions."""
+        model, run, data = self.model, self.run, mujoco.MjData(self.model)
+        data.qpos[:], data.ctrl[:] = run.qpos[0], run.ctrl[0]
+        mujoco.mj_forward(model, data)
+        for ctrl, pos, quat in zip(run.ctrl, run.mocap_pos, run.mocap_quat, strict=True):
+            before = data.qpos.copy()
+            data.ctrl[:], data.mocap_pos[0], data.mocap_quat[0] = ctrl, pos, quat
+            mujoco.mj_step(model, data, nstep=STEPS)
+        return before
+
+
+@pytest.fixture(scope="module")
+def controller() -> GraspController:
+    return GraspController.load(data_folder("assets") / "controller.npz")
+
+
+@pytest.fixture(scope="module", params=TASKS)
+def scene(controller: GraspController, request: pytest.FixtureRequest) -> Scene:
+    return set_up(controller, request.param)
+
+
+def set_up(controller: GraspController, name: str) -> Scene:
+    stage = Stage.build(task_by_name(name), Conditions())
+    stored = data_folder("assets") / "plans" / f"{plan_key(controller.digest, Conditions())}.json"
+    plan = PlanStore(stored).read()[name]
+    driver = learned_driver(controller, plan, stage.lead, schedule_for(stage.task))
+    run = simulate(stage, plan, driver)
+    return Scene(name, stage, plan, driver, run, run.model())
+
+
+def cost(work: Callable[[], object]) -> float:
+    start = process_time()
+    work()
+    return process_time() - start
+
+
+def cheapest(*works: Callable[[], object], rounds: int) -> list[float]:
+    """CPU seconds of the best round of each [s], in turns."""
+    costs = [[cost(work) for work in works] for _ in range(rounds)]
+    return [min(column) for column in zip(*costs, strict=True)]
+
+
+# Beside each other, for the record.
+
+
+def test_a_run(benchmark, scene):
+    assert len(benchmark.pedantic(scene.ours, rounds=5).time) > 100
+
+
+def test_the_same_commands_to_mujoco_alone(benchmark, scene):
+    end = benchmark.pedantic(scene.alone, rounds=5)
+    hand = scene.stage.hand.qpos_index
+    np.testing.assert_allclose(end[hand], scene.run.qpos[-1][hand], atol=ALIKE)
+
+
+def test_a_run_with_its_time_law(benchmark, controller, scene):
+    benchmark.pedantic(run_plan, (controller, scene.stage, scene.plan), rounds=5)
+
+
+def test_building_a_scene(benchmark, scene):
+    benchmark.pedantic(Stage.build, (scene.stage.task, Conditions()), rounds=5)
+
+
+def test_the_text_of_a_scene(benchmark, scene):
+    benchmark.pedantic(scene.stage.xml, rounds=5)
+
+
+def test_a_batch_of_seeds(benchmark, controller):
+    ours, _ = batches(set_up(controller, "cube-raise"), controller)
+    assert len(benchmark.pedantic(ours, rounds=2)) == SEEDS
+
+
+def test_the_same_batch_by_mujoco_alone(benchmark, controller):
+    _, alone = batches(set_up(controller, "cube-raise"), controller)
+    benchmark.pedantic(alone, rounds=2)
+
+
+@pytest.mark.parametrize(
+    "code",
+    ["pass", "import handsim", "from handsim.cli import main; main()"],
+    ids=["python", "import", "help"],
+)
+def test_starting(benchmark, code):
+    command = [sys.executable, "-c", code, *(["--help"] if "main" in code else [])]
+    benchmark.pedantic(
+        subprocess.run, (command,), {"check": True, "capture_output": True}, rounds=5
+    )
+
+
+# The bars.
+
+
+def batches(
+    scene: Scene, controller: GraspController
+) -> tuple[Callable[[], list[Rollout]], Callable[[], np.ndarray]]:
+    """Grasps under many seeds, and MuJoCo's batch with the same commands."""
+    conditions = [Conditions(seed=seed) for seed in range(SEEDS)]
+
+    def ours() -> list[Rollout]:
+        return grasp_batch(controller, scene.stage.task, scene.plan, conditions, THREADS)
+
+    runs = ours()
+    ctrl = np.stack([run.ctrl for run in runs])
+    pos = np.stack([run.mocap_pos for run in runs])
+    quat = np.stack([run.mocap_quat for run in runs])
+
+    def alone() -> np.ndarray:
+        batch = Batch(scene.model, SEEDS, THREADS)
+        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        batch.bind("qpos")[:] = np.stack([run.qpos[0] for run in runs])
+        batch.bind("ctrl")[:] = ctrl[:, 0]
+        batch.forward()
+        for tick in range(ctrl.shape[1]):
+            before = batch.bind("qpos").copy()
+            batch.bind("ctrl")[:] = ctrl[:, tick]
+            batch.bind("mocap_pos")[:, 0] = pos[:, tick]
+            batch.bind("mocap_quat")[:, 0] = quat[:, tick]
+            batch.step(nstep=STEPS)
+        return before
+
+    np.testing.assert_allclose(alone(), np.stack([run.qpos[-1] for run in runs]), atol=ALIKE)
+    return ours, alone
+
+
+def test_runs_cost_little_more_than_their_steps(controller):
+    """1.15 over the three scenes together; the cheapest one by itself comes to 1.2."""
+    scenes = [set_up(controller, name) for name in TASKS]
+    ours, alone = 0.0, 0.0
+    for scene in scenes:
+        costs = cheapest(scene.ours, scene.alone, rounds=12)
+        print(f"{scene.name}: {costs[0] / costs[1]:.3f} x {1e3 * costs[1]:.0f} ms")
+        ours, alone = ours + costs[0], alone + costs[1]
+    print(f"together: {ours / alone:.3f}")
+    assert ours / alone <= 1.15
+
+
+def test_a_batch_has_nine_tenths_of_the_throughput_of_mujocos(controller):
+    ours, alone = cheapest(*batches(set_up(controller, "cube-raise"), controller), rounds=4)
+    print(f"throughput of {SEEDS} seeds on {THREADS} threads: {alone / ours:.3f} of MuJoCo's alone")
+    assert alone / ours >= 0.9
+
+
+def test_help_is_there_in_half_a_second():
+    """CPU seconds of the whole process."""
+    code = (
+        "import time, resource, sys\n"
+        "from handsim.cli import main\n"
+        "try:\n    main()\n"
+        "except SystemExit:\n    pass\n"
+        "used = resource.getrusage(resource.RUSAGE_SELF)\n"
+        "print('CPU', used.ru_utime + used.ru_stime)\n"
+    )
+    command = [sys.executable, "-c", code, "--help"]
+    costs = []
+    for _ in range(5):
+        told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        costs.append(float(told.rpartition("CPU ")[2]))
+    print(f"handsim --help: {min(costs):.2f} s")
+    assert min(costs) <= 0.5
