@@ -87,6 +87,24 @@ def test_where_nothing_can_be_done_it_is_not_tried_for_ever():
         list(processes(2)(die, ((i, (3,)) for i in range(10**9))))
 
 
+def nap(x: int) -> int:
+    if x:
+        time.sleep(60)
+    return os.getpid()
+
+
+def test_who_stops_asking_leaves_no_process_behind():
+    psutil = pytest.importorskip("psutil")
+    results = processes(2)(nap, numbered(5))
+    _, worker = next(results)
+    assert psutil.pid_exists(worker)
+    results.close()
+    deadline = time.monotonic() + 10
+    while psutil.pid_exists(worker) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not psutil.pid_exists(worker)
+
+
 def test_errors_of_a_job_are_passed_on():
     for n_jobs in (1, 2):
         with pytest.raises(InputError, match="is too much"):
