@@ -169,6 +169,8 @@ def _product(a: Array, b: Array) -> Array:
 
 def _turned(vector: Array, quat: Array) -> Array:
     """Turn a vector (3,) by quaternions (n, 4), rounded as MuJoCo's function is."""
+    if not vector.any():  # turned by whatever, no numbers included
+        return np.zeros((len(quat), 3))
     w, x, y, z = quat.T
     a, b, c = vector
     i, j, k = w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a

@@ -11,6 +11,7 @@ from collections.abc import Hashable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
+from importlib.util import find_spec
 
 import mujoco
 
@@ -102,9 +103,9 @@ def _groups(jobs: Sequence[Job]) -> list[list[int]]:
 
 
 def _made(jobs: Sequence[Job]) -> list[Rollout]:
-    """Make runs of one shape."""
-    if len(jobs) == 1:
-        return [_alone(jobs[0])]
+    """Make runs of one shape, in a batch where MuJoCo has batches (since 4.0)."""
+    if len(jobs) == 1 or find_spec("mujoco.batch") is None:
+        return [_alone(job) for job in jobs]
     return [run or _alone(job) for run, job in zip(Lockstep(jobs).made(), jobs, strict=True)]
 
 

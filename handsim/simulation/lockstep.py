@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from mujoco.batch import Batch
 
 from handsim.hand.model import HandModel
 from handsim.joints import N_JOINTS, clip_to_range
@@ -65,6 +64,8 @@ class Lockstep:
     """
 
     def __init__(self, jobs: Sequence[Job]) -> None:
+        from mujoco.batch import Batch
+
         self.jobs = jobs
         self.hand, self.mocap = jobs[0].stage.hand, jobs[0].stage.mocap
         self.batch = Batch(self.hand.model, len(jobs), 1)
