@@ -92,7 +92,8 @@ def certify(navigation: NavigationFunction, goals: Array, tolerance: float = 1e-
             return Certificate(False, None, None, "a destination lies in the closing layer")
         bound = descent_supremum(obstacle.chi, low, high, tolerance)
         certified = bound.upper < 2.0 - _ROUNDING
-        worst = f"(z - z_goal) . grad chi is at most {bound.upper:.4f}, the limit is 2"
+        extent = f"is at most {bound.upper:.4f}" if certified else f"reaches {bound.lower:.4f}"
+        worst = f"(z - z_goal) . grad chi {extent}, the limit is 2"
         return Certificate(certified, 2.0 if certified else None, bound, worst)
     if isinstance(obstacle, SplineObstacle):
         return _certify_spline(obstacle.beta, navigation.k, low, high, tolerance)

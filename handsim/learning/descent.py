@@ -9,6 +9,7 @@ at the end is taken away by scaling chi: the condition is linear in it.
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
+from scipy.spatial import ConvexHull, QhullError
 
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.certificate import descent_supremum, violations
@@ -37,7 +38,7 @@ class DescentCondition:
     def __init__(
         self, basis: TensorBasis, goals: Array, points: Array, limit: float, weight: float
     ) -> None:
-        self.basis, self.goals, self.limit = basis, goals, limit
+        self.basis, self.goals, self.limit = basis, _outermost(goals), limit
         self.weight = weight / len(points)
         self.points = points
         self.shift = np.zeros(len(points))
@@ -76,6 +77,19 @@ class DescentCondition:
         grad = (self._design @ c).reshape(self.goals.shape[1], -1).T
         lever = self.points - self.goals[np.argmin(grad @ self.goals.T, axis=1)]
         return np.einsum("ij,ij->i", lever, grad) - self.limit, lever
+
+
+def _outermost(goals: Array) -> Array:
+    """Return the corners of the convex hull of points (m, n): a linear function is least there."""
+    n = goals.shape[1]
+    if len(goals) <= 2**n:
+        return goals
+    if n == 1:
+        return goals[[goals.argmin(), goals.argmax()]]
+    try:
+        return goals[ConvexHull(goals).vertices]
+    except QhullError:  # flat, as destinations on one plane are
+        return goals
 
 
 def box_corners(points: Array) -> Array:

@@ -21,6 +21,7 @@ The paper matches velocities instead (`pde_fit`); here the exponent and all spee
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 from time import perf_counter
 
 import numpy as np
@@ -37,10 +38,11 @@ from handsim.learning.workspace import KnotRule, lay_basis
 Array = npt.NDArray[np.float64]
 Progress = Callable[[float], None]
 
-_N_PER_PATH = 60  # samples along a recording, equally spaced in arc length
+_N_PER_PATH = 30  # samples along a recording, equally spaced in arc length
+_MOST_SAMPLED = 6000  # of those in all: of many recordings every few are taken
 _LAST_FRACTION = 0.97  # of the arc length: beyond, the direction to the destination is noise
 _CORRIDOR = np.deg2rad(15.0)  # farthest displaced sample
-_RETURN = 3.0 / np.deg2rad(100.0)  # pull back to the recording, per displacement
+_RETURN = 1.5 / np.deg2rad(100.0)  # pull back to the recording, per displacement
 _N_PER_SAMPLE = 1  # displaced samples for each sample
 _AHEAD = 0.07  # fraction of the recording by which a roll-out is led ahead
 _N_DESCENT = 3000  # points of the workspace at which the descent condition is held
@@ -320,9 +322,9 @@ class _Recorder:
 def recorded_samples(paths: list[Array], rng: np.random.Generator) -> Samples:
     """Return the tangents of the recordings and a corridor of points that lead back to them."""
     fractions = np.linspace(0.0, 1.0, _N_PER_PATH)
-    use = fractions <= _LAST_FRACTION
     points, wanted, goals = [], [], []
-    for path in paths:
+    for i, path in enumerate(paths):
+        use = _sampled(i, paths)
         even = at_arc_length(path, fractions)
         tangent = _unit(np.gradient(even, axis=0))[use]
         even = even[use]
@@ -344,10 +346,10 @@ def recorded_samples(paths: list[Array], rng: np.random.Generator) -> Samples:
 
 def rolled_out_samples(rollouts: list[FlowPath], paths: list[Array]) -> Samples:
     """Return points of roll-outs, led to the recording a tenth of its length ahead."""
-    fractions = np.linspace(0.0, 1.0, _N_PER_PATH)
-    fractions = fractions[fractions <= _LAST_FRACTION]
+    even = np.linspace(0.0, 1.0, _N_PER_PATH)
     points, wanted, goals = [], [], []
-    for rollout, path in zip(rollouts, paths, strict=True):
+    for i, (rollout, path) in enumerate(zip(rollouts, paths, strict=True)):
+        fractions = even[_sampled(i, paths)]
         here = at_arc_length(rollout.points, fractions)
         ahead = at_arc_length(path, np.minimum(fractions + _AHEAD, 1.0)) - here
         # Nearer than this the direction ahead is noise.
@@ -356,6 +358,19 @@ def rolled_out_samples(rollouts: list[FlowPath], paths: list[Array]) -> Samples:
         wanted.append(_unit(ahead[use]))
         goals.append(np.broadcast_to(path[-1], here[use].shape))
     return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
+
+
+def _sampled(i: int, paths: list[Array]) -> npt.NDArray[np.int64]:
+    """Which of the points along recording ``i`` are samples.
+
+    Of many recordings every few points, other ones of each: what a fit costs stays bounded
+    however many there are, and the coefficients are as well determined.
+    """
+    n = paths[0].shape[1]
+    most = min(_MOST_SAMPLED, 6_000_000 // (n * 4**n))  # fewer where each touches more coefficients
+    every = ceil(len(paths) * _N_PER_PATH / most)
+    usable = np.flatnonzero(np.linspace(0.0, 1.0, _N_PER_PATH) <= _LAST_FRACTION)
+    return usable[(usable + i) % every == 0]
 
 
 def _n_descent(basis: TensorBasis) -> int:

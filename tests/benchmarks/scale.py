@@ -26,7 +26,7 @@ from handsim.motion.recording import Recording, RecordingSet, read_recordings
 MOVED = np.deg2rad(5.0)  # deviation of each joint at the start and at the end
 TREMOR = np.deg2rad(0.5)
 SPEED = 0.2  # deviation of the logarithm of the duration
-DEFAULT = (24, 100, 300, 1000)
+DEFAULT = (24, 100, 300, 1000, 5000)
 SHAPES = ((8, 8, 8), (16, 14, 12), (20, 18, 15))  # besides the default, (13, 11, 10)
 
 

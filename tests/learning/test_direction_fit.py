@@ -146,7 +146,7 @@ def test_samples_lead_along_back_and_ahead() -> None:
     aside = samples.points[:, 1]
     assert np.deg2rad(5) < np.abs(aside).max() <= np.deg2rad(15)
     np.testing.assert_allclose(
-        samples.wanted[:, 1] / samples.wanted[:, 0], -3 / np.deg2rad(100) * aside, atol=1e-12
+        samples.wanted[:, 1] / samples.wanted[:, 0], -1.5 / np.deg2rad(100) * aside, atol=1e-12
     )
     parallel = FlowPath(line + [0.0, 0.3], False, "stuck")
     back = rolled_out_samples([parallel], [line])
@@ -197,6 +197,35 @@ def test_bad_input(paths: list) -> None:
         DirectionLearner().fit(flat)
     with pytest.raises(InputError, match="coefficients"):
         DirectionLearner(shape=(9, 9)).fit(paths)
+
+
+def test_of_many_recordings_every_few_points_are_samples() -> None:
+    line = np.linspace(0.0, 1.0, 80)[:, None]  # in one dimension there is no corridor
+    rng = np.random.default_rng(0)
+    some, many = (recorded_samples([line] * n, rng).points for n in (100, 2000))
+    assert len(some) == 100 * 29
+    assert 0.9 * 6000 < len(many) <= 6000
+    # Other ones of each recording, so that no part of the movements is left out.
+    np.testing.assert_allclose(np.unique(many.round(9)), np.unique(some.round(9)))
+    led = rolled_out_samples([FlowPath(0.5 * line, True, "arrived")] * 2000, [line] * 2000)
+    assert 0.9 * 6000 < len(led.points) <= 6000
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_only_the_outermost_destinations_count(n: int) -> None:
+    basis = TensorBasis.uniform([-2.0] * n, [2.0] * n, (7,) * n)
+    rng = np.random.default_rng(0)
+    goals, points = rng.normal(size=(200, n)) / 2, rng.uniform(-2, 2, (300, n))
+    condition = DescentCondition(basis, goals, points, 1.0, 1.0)
+    assert len(condition.goals) < 100
+    c = rng.normal(size=basis.n_coefficients)
+    gradient = TensorBSpline(basis, c).jets(points, 1)[1]
+    here = np.einsum("ij,ij->i", points, gradient)
+    worst = np.max(here[:, None] - gradient @ goals.T, axis=1)
+    assert condition(c)[0] == pytest.approx(np.mean(np.maximum(worst - 1.0, 0.0) ** 2))
+    if n > 1:  # all on one plane
+        goals[:, 0] = 0.3
+        assert len(DescentCondition(basis, goals, points, 1.0, 1.0).goals) == 200
 
 
 @real_data
