@@ -9,14 +9,14 @@ from handsim.errors import HandsimError
 from handsim.simulation.grasping import Grasper
 from handsim.simulation.pool import Pool
 from handsim.simulation.rollout import current_versions
-from handsim.simulation.sweep_plans import Progress, Source, SweepGraspers
+from handsim.simulation.sweep_plans import Planned, Progress, Source, SweepGraspers
 from handsim.simulation.sweep_spec import SweepRun, SweepSpec
 from handsim.simulation.sweep_table import ResultsTable
 
 
 @dataclass(frozen=True)
 class SweepRow:
-    """One run of a sweep; lengths in m, angles in deg, times in s."""
+    """One run of a sweep; lengths in m, angles in deg, times in s; ``plan`` tells plans apart."""
 
     controller: str
     task: str
@@ -28,6 +28,7 @@ class SweepRow:
     friction: float
     mass_scale: float
     seed: int
+    plan: str
     nominal: bool
     success: bool
     reason: str
@@ -76,9 +77,12 @@ def sweep(
 
     Raises
     ------
+    FileError
+        If rows in the table were made by other plans.
     HandsimError
         If workers are lost for good; all rows done are kept.
     """
+    graspers.check(table)
     runs = (run for run in spec.runs() if run.number not in table)
     versions = _versions()
     for number, row in pool(_row, ((r.number, (graspers[r], r, versions)) for r in runs)):
@@ -107,6 +111,7 @@ def _row(grasp: Grasper, run: SweepRun, versions: dict[str, str]) -> SweepRow:
         friction=conditions.friction,
         mass_scale=conditions.mass_scale,
         seed=run.seed,
+        plan=grasp.digest if isinstance(grasp, Planned) else "",
         nominal=conditions.nominal,
         success=outcome.success,
         reason=outcome.reason or "",

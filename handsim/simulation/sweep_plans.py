@@ -1,9 +1,13 @@
 """What grasps in each run of a sweep: the script, or a controller with a plan for every hand."""
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from handsim.errors import FileError
 from handsim.hand.grasp_task import Task
 from handsim.learning.controller import GraspController
 from handsim.simulation.conditions import Conditions
@@ -37,13 +41,19 @@ class Source:
 
 
 @dataclass(frozen=True)
-class _Planned:
+class Planned:
     """Grasps one task by its plan; all that a process elsewhere needs."""
 
     controller: GraspController
     plan: GraspPlan
 
+    @property
+    def digest(self) -> str:
+        """Of the plan."""
+        return _digest(self.plan)
+
     def __call__(self, task: Task, conditions: Conditions) -> Rollout:
+        """Grasp."""
         return run_plan(self.controller, Stage.build(task, conditions), self.plan)
 
 
@@ -84,7 +94,7 @@ class SweepGraspers:
         grasper = self._planning(run)
         if grasper is None:
             return self._by_hand[_hand(run)]
-        return _Planned(grasper.controller, self._plans[_hand(run)][run.task.name])
+        return Planned(grasper.controller, self._plans[_hand(run)][run.task.name])
 
     def plan(self, pool: Pool, progress: Progress | None = None) -> None:
         """Make the plans that are missing and keep them where the controllers keep plans."""
@@ -96,6 +106,23 @@ class SweepGraspers:
             if progress:
                 progress(done / n)
         self.unplanned = []
+
+    def check(self, table: ResultsTable) -> None:
+        """Check that rows in a table were made by the plans of now.
+
+        Raises
+        ------
+        FileError
+            If a plan is another.
+        """
+        for row in table.rows():
+            plans = self._plans.get((row["controller"], row["hand"], row["side"]), {})
+            plan = plans.get(row["task"])
+            if plan is not None and _digest(plan) != row["plan"]:
+                raise FileError(
+                    f"{table.path}: holds rows by another plan of {row['task']} than "
+                    f"{row['controller']} has now; choose another output, or delete it"
+                )
 
     def _planning(self, run: SweepRun) -> ControllerGrasper | None:
         grasper = self._by_hand[_hand(run)]
@@ -127,6 +154,15 @@ class SweepGraspers:
             return
         grasper.store.add(run.task.name, plan, held)
         self._read_plans(run)
+
+
+def _digest(plan: GraspPlan) -> str:
+    """Return eight hexadecimal digits that tell plans apart."""
+    numbers = (
+        plan.palm.pos, plan.palm.quat, plan.retreat, plan.q_start, plan.q_goal,
+        [plan.squeeze, plan.arrive],
+    )  # fmt: skip
+    return hashlib.sha256(np.concatenate(numbers).tobytes()).hexdigest()[:8]
 
 
 def _hand(run: SweepRun) -> _Hand:

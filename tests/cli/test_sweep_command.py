@@ -63,15 +63,15 @@ def test_controllers_are_beside_the_file_that_names_them(run, tmp_path, monkeypa
     shutil.copytree(PLANS, folder / "mine" / "c.plans")
     before = sorted(PLANS.iterdir())
     (folder / "s.toml").write_text(
-        'tasks = ["cube-raise"]\ncontrollers = ["mine/c.npz", "built-in"]\n'
+        'tasks = ["cube-raise"]\ncontrollers = ["mine/c.npz", "demonstrator"]\n'
     )
     monkeypatch.chdir(tmp_path)
     said = run("sweep", "study/s.toml", "-o", "r.csv", "--jobs", 1, "--json")
     assert said.code == 0
-    mine, built_in = said.json()["controllers"]
+    mine, script = said.json()["controllers"]
     assert mine["controller"] == "mine/c.npz"
-    assert (mine["nominal_held"], built_in["nominal_held"]) == (1, 1)
-    assert "planning" not in said.err  # plans of both are known
+    assert (mine["nominal_held"], script["nominal_held"]) == (1, 1)
+    assert "planning" not in said.err  # its plans are known
     assert sorted(PLANS.iterdir()) == before
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from handsim.errors import HandsimError
+from handsim.errors import FileError, HandsimError
 from handsim.files import data_folder
 from handsim.hand.tasks import task_by_name
 from handsim.learning.controller import GraspController
@@ -140,6 +140,10 @@ def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch)
     assert used[0].q_goal.tobytes() == stored["cube-raise"].q_goal.tobytes()
     # Another sweep of the same hands has its plans already.
     planned.clear()
+    lines = (tmp_path / "r.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "r.csv").write_text("".join(lines[:-1]))
+    run(spec, tmp_path / "r.csv", sources=sources)
+    assert (tmp_path / "r.csv").read_text() == "".join(lines)
     run(replace(spec, seeds=(5,)), tmp_path / "other.csv", sources=sources)
     assert planned == []
 
@@ -164,3 +168,31 @@ def test_rates_of_several_hands_and_of_none_perturbed(tmp_path):
     assert table[4] == "| **all** | 4 of 4 |"
     rows = run(replace(SPEC, seeds=(4,)), tmp_path / "s.csv")
     assert results_table(rows).splitlines()[2] == "| cube-raise | 0/1 |"
+
+
+def test_rows_by_another_plan_are_not_mixed_in(tmp_path, monkeypatch):
+    controller = GraspController.load(data_folder("assets") / "controller.npz")
+    built_in = data_folder("assets") / "plans" / f"{plan_key(controller.digest, Conditions())}.json"
+    plan = PlanStore(built_in).read()["cube-raise"]
+    store = PlanStore(tmp_path / "plans.json")
+    store.add("cube-raise", plan, True)
+    monkeypatch.setattr(
+        "handsim.simulation.sweep_plans.run_plan",
+        lambda controller, stage, plan: pretend(CUBE, stage),
+    )
+    monkeypatch.setattr(
+        "handsim.simulation.sweep_plans.Stage", SimpleNamespace(build=lambda task, c: c)
+    )
+    grasper = ControllerGrasper(controller, "plan", store)
+    sources = {"mine": Source(controller.digest, lambda conditions: grasper)}
+    spec = SweepSpec((CUBE,), ("mine",), seeds=(0, 1, 2))
+    path = tmp_path / "r.csv"
+    assert len({row["plan"] for row in run(spec, path, sources=sources)}) == 1
+    part = "".join(path.read_text().splitlines(keepends=True)[:-1])
+    path.write_text(part)
+    store.add("cube-raise", replace(plan, squeeze=plan.squeeze + 0.01), True)
+    with pytest.raises(FileError, match=r"r.csv: holds rows by another plan of cube-raise"):
+        run(spec, path, sources=sources)
+    assert path.read_text() == part
+    store.add("cube-raise", plan, True)
+    assert len(run(spec, path, sources=sources)) == 3
