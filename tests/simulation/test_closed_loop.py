@@ -176,6 +176,20 @@ def test_a_run_leaves_the_stage_as_it_was_and_repeats_itself(stage, plan, driver
     np.testing.assert_array_equal(simulate(stage, plan, driver).qpos, run.qpos)
 
 
+def test_arrival_is_judged_when_the_reach_ends(stage, plan, driver, run):
+    asked = []
+
+    class Asked(LearnedDriver):
+        def arrived(self, reading):
+            asked.append(reading)
+            return True
+
+    parts = ("controller", "z_goal", "timing", "lead", "reach")
+    simulate(stage, plan, Asked(*(getattr(driver, part) for part in parts)))
+    (row,) = np.flatnonzero(np.isclose(run.time, schedule_for(TASK).reach))
+    np.testing.assert_array_equal(asked, run.reading[[row]])
+
+
 def test_a_brief_run_is_the_beginning_of_a_whole_one(controller, stage, plan, driver, run):
     assert run.outcome.success
     np.testing.assert_array_equal(simulate(stage, plan, driver, brief=True).qpos, run.qpos)
