@@ -160,7 +160,7 @@ class _Run:
         self.n_looked_at = 0
         view = data.sensordata[self.senses.first :]
         self.sensed = np.empty((n, len(view)))
-        self.height = view[self.senses.height]
+        self.height, self.counts = view[self.senses.height], self.senses.counts(view)
         self.crowded: dict[int, tuple[Array, float]] = {}
         self.sent = [
             (self.ctrl, data.ctrl),
@@ -211,7 +211,7 @@ class _Run:
             view[:] = rows[tick]
         for rows, view in self.kept:
             rows[tick] = view
-        if self.data.ncon > SLOTS:
+        if self.data.ncon > SLOTS and max(self.counts.tolist()) > SLOTS:
             self.crowded[tick] = contacts_of(self.stage.hand.model, self.data)
 
     def first_diverged(self, tick: int) -> int | None:

@@ -90,6 +90,10 @@ class Senses:
         """Return poses by name, (N, 3) [m] or (N, 4), from readings (N, n_poses or more)."""
         return {name: sensed[:, place].copy() for name, place in self._poses.items()}
 
+    def counts(self, sensed: Array) -> Array:
+        """Return how many contacts each sensor found, (..., n_sensors), as a view."""
+        return sensed[..., self.n_poses :: SLOTS * _WIDTH]
+
     def contacts(self, sensed: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
         """Return forces (N, 6) [N], overlaps (N,) [m] and whether a sensor had too few slots (N,).
 
@@ -112,7 +116,7 @@ class Senses:
         for i, part in enumerate(self._parts):
             force[:, part] += by_sensor[:, i]
         depth = np.maximum(0.0, -slots[:, :, :, _DISTANCE].min(axis=(1, 2)))
-        return force, depth, slots[:, :, 0, 0].max(axis=1) > SLOTS
+        return force, depth, self.counts(sensed).max(axis=1) > SLOTS
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, float]:

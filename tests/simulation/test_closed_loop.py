@@ -14,6 +14,7 @@ from handsim.hand.scene import build_scene
 from handsim.hand.tasks import task_by_name
 from handsim.joints import FINGERS, LOWER, UPPER
 from handsim.learning.controller import GraspController
+from handsim.simulation import closed_loop
 from handsim.simulation.alignment import Wrist
 from handsim.simulation.closed_loop import MAX_SPEED, diverged, simulate
 from handsim.simulation.conditions import Conditions
@@ -121,6 +122,27 @@ def test_sensed_poses_are_those_of_the_bodies(touching):
     np.testing.assert_array_equal(poses["palm_pos"], palm.xpos)
     np.testing.assert_array_equal(poses["palm_quat"], palm.xquat)
     assert data.sensordata[senses.first :][senses.height] == thing.xipos[2]
+
+
+def test_a_run_counts_contacts_one_by_one_where_sensors_are_too_few(
+    stage, plan, driver, run, monkeypatch
+):
+    exact = []
+
+    def counted(model, data):
+        exact.append(data.time)
+        return np.full(len(CONTACT_PARTS), 7.0), 0.001
+
+    # As if each sensor could tell none of the contacts that it finds.
+    monkeypatch.setattr(closed_loop, "SLOTS", 0)
+    monkeypatch.setattr(closed_loop, "contacts_of", counted)
+    again = simulate(stage, plan, driver)
+    touched = (run.contact_force > 0).any(axis=1)
+    assert touched.any()
+    assert (again.contact_force[touched] == 7.0).all()
+    assert (again.penetration[touched] == 0.001).all()
+    assert len(exact) < len(run.time)  # not while nothing touches
+    np.testing.assert_array_equal(again.qpos, run.qpos)
 
 
 def test_many_forearms_are_as_each_by_itself(stage):
