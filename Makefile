@@ -7,7 +7,7 @@ BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
 
-.PHONY: setup demo test test-all check notebooks bench build clean lock models assets pictures rendering
+.PHONY: setup demo test test-all check notebooks bench build clean lock models assets pictures rendering results
 .DELETE_ON_ERROR:
 
 setup: .venv/.installed
@@ -52,6 +52,12 @@ notebooks: setup
 bench: setup
 	mkdir -p out
 	$(BIN)/python -m pytest tests/benchmarks -m slow --benchmark-only --benchmark-json=out/benchmarks.json
+
+results: setup
+	mkdir -p out
+	$(BIN)/handsim learn --components 5 -o out/five-components.npz
+	$(BIN)/handsim sweep tests/benchmarks/results.toml -o out/results.csv
+	$(BIN)/python tests/benchmarks/grasp_replay.py
 
 build: setup
 	rm -rf dist

@@ -54,6 +54,8 @@ class PadTargets:
     axes : (3, 3)
         Rows: opposition, approach and across both.
     weight : (5,)
+    opposing : (5,)
+        Weights of the pads in what lies between the thumb and the middle of the fingers it faces.
     plan
         The script's.
     grasp
@@ -65,6 +67,7 @@ class PadTargets:
     outward: Array
     axes: Array
     weight: Array
+    opposing: Array
     plan: GraspPlan
     grasp: Grasp
 
@@ -96,12 +99,14 @@ def pad_targets(hand: HandModel, plan: GraspPlan, grasp: Grasp) -> PadTargets:
     turn = plan.palm.rotation
     used = [finger == "thumb" or finger in grasp.fingers for finger in FINGERS]
     opposition, approach = np.array(grasp.opposition), np.array(grasp.approach)
+    faced = np.array([finger in grasp.fingers and finger != "thumb" for finger in FINGERS])
     return PadTargets(
         pos=plan.palm.pos + turn.apply(pos),
         normal=turn.apply(normal),
         outward=np.outer([-1.0, 1.0, 1.0, 1.0, 1.0], opposition),
         axes=np.stack([opposition, approach, np.cross(opposition, approach)]),
         weight=np.sqrt(np.where(used, 1.0, IDLE)),
+        opposing=(np.array(FINGERS) == "thumb") - faced / max(faced.sum(), 1),
         plan=plan,
         grasp=grasp,
     )
@@ -113,10 +118,22 @@ def place(
     targets: PadTargets,
     z_start: Array,
     box: tuple[Array, Array],
+    lever: float = 0.0,
 ) -> Placement:
-    """Fit coordinates, palm pose and squeeze, beginning at ``z_start`` (n_components,).
+    """Fit coordinates, palm pose and squeeze.
 
-    ``box`` holds the least and greatest coordinates, each (n_components,) [rad].
+    Parameters
+    ----------
+    hand, subspace
+    targets
+        Where the pads should be.
+    z_start : (n_components,) [rad]
+        Where the fit begins.
+    box : two of (n_components,) [rad]
+        Least and greatest coordinates.
+    lever
+        Weight of what lies between thumb and fingers across the opposition after the squeeze:
+        forces that do not meet turn the object away.
     """
     n = len(z_start)
     plan, full = targets.plan, squeeze_offset(1.0, targets.grasp.fingers)
@@ -146,6 +163,7 @@ def place(
         return np.concatenate(
             [
                 (targets.weight * weighed).ravel(),
+                lever * (targets.opposing @ off_after @ targets.axes[1:].T),
                 POSTURE * (x[:n] - z_start),
                 TURN * x[n + 3 : n + 6],
                 SQUEEZE * x[n + 6 :],

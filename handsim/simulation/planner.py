@@ -42,7 +42,10 @@ SEARCHES = 3
 N_PERTURBED = 2
 """Perturbed tries of every plan whose nominal try holds."""
 N_PLACEMENTS = 3
-"""Placements that are tried in physics."""
+"""Placements of each kind that are tried in physics."""
+LEVERS = (0.0, 0.7)
+"""Weights of the lever between thumb and fingers, one for each kind of placement: what is wide is
+held without, what is thin turns away with any."""
 ARRIVALS = (0.6, 0.85)
 """Fractions of the reach at which the palm may be in place: a hand that opens little on its
 learned path has to be there sooner."""
@@ -53,6 +56,8 @@ UNFAMILIAR = 0.002
 EDGE = 0.08
 """Share of the workspace along each component, at either end, where no destination is put: about
 the layer in which beta falls to zero."""
+NOMINAL_FAILS = 1 + WORST
+"""Least mean cost of a plan whose nominal try fails (`search.mean_cost`)."""
 NO_WAY = 10.0
 """Cost of a destination that the navigation function cannot lead to."""
 STEPS = {
@@ -104,25 +109,26 @@ def plan_grasp(
     GraspPlan, Rollout
         The best found; the run's outcome says whether it holds.
     """
-    search = _Search(controller, task, conditions)
+    search = _Search(controller, shortened(task), conditions)
     starts = [] if known is None else [known]
     starts += search.starts()
     ranked = sorted((search.cost(plan), i) for i, plan in enumerate(starts))
     best = (ranked[0][0], starts[ranked[0][1]])
     for attempt, (_, start) in enumerate(ranked[:SEARCHES]):
-        centre = starts[start]
-        cost, point = minimise(
-            lambda x, centre=centre: search.cost(search.varied(centre, x)),
-            np.zeros(search.size),
-            generations=generations,
-            seed=seed + attempt,
-        )
-        if cost < best[0]:
-            best = (cost, search.varied(centre, point))
-        if best[0] < 1 + WORST:  # the nominal try holds
+        if best[0] < NOMINAL_FAILS and attempt > 0:
             break
+        best = min(best, search.from_start(starts[start], generations, seed + attempt), key=_cost)
     plan = best[1]
-    return plan, run_plan(controller, Stage.build(task, conditions), plan)
+    run = run_plan(controller, Stage.build(task, conditions), plan)
+    if best[0] < NOMINAL_FAILS and not run.outcome.success:  # what is held longer creeps farther
+        whole = _Search(controller, task, conditions)
+        plan = whole.from_start(plan, generations, seed + SEARCHES)[1]
+        run = run_plan(controller, Stage.build(task, conditions), plan)
+    return plan, run
+
+
+def _cost(found: tuple[float, GraspPlan]) -> float:
+    return found[0]
 
 
 def run_plan(
@@ -139,9 +145,9 @@ class _Search:
 
     def __init__(self, controller: GraspController, task: Task, conditions: Conditions) -> None:
         self.controller = controller
-        self.task = shortened(task).for_side(conditions.side)
+        self.task = task.for_side(conditions.side)
         tried = tried_conditions(conditions, N_PERTURBED)
-        self.stages = [Stage.build(shortened(task), each) for each in tried]
+        self.stages = [Stage.build(task, each) for each in tried]
         size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
         self.hand = HandModel.from_spec(build_hand(*size))
         self.scripted, _ = plan_for(self.task, self.hand, side=conditions.side)
@@ -151,30 +157,49 @@ class _Search:
         self.box = (low + margin, high - margin)
 
     def starts(self) -> list[GraspPlan]:
-        """Return the best placements, each with the palm in place sooner or later."""
+        """Return the best placements of each kind, with the palm in place sooner or later."""
+        taken: list[Array] = []
+        plans = []
+        for lever in LEVERS:
+            plans += self._placed(lever, taken)
+        return [replace(plan, arrive=arrive) for plan in plans for arrive in ARRIVALS]
+
+    def _placed(self, lever: float, taken: list[Array]) -> list[GraspPlan]:
+        """Return the best placements whose coordinates are not ``taken``, and add theirs."""
         subspace = self.controller.subspace
         targets = pad_targets(self.hand, self.scripted, self.task.grasp)
         placed = []
         for record in self.controller.demonstrations:
-            placement = place(self.hand, subspace, targets, record.z_goal, self.box)
+            placement = place(self.hand, subspace, targets, record.z_goal, self.box, lever)
             familiar = 0.0 if record.task == self.task.name else UNFAMILIAR
             placed.append((placement.error + familiar, placement, record))
-        plans, taken = [], []
+        plans: list[GraspPlan] = []
         for _, placement, record in sorted(placed, key=lambda each: each[0]):
             if any(np.linalg.norm(placement.z - z) < DISTINCT for z in taken):
                 continue
             taken.append(placement.z)
-            plan = replace(
-                self.scripted,
-                palm=placement.palm,
-                q_start=clip_to_range(record.q_start),
-                q_goal=clip_to_range(subspace.inverse_transform(placement.z)),
-                squeeze=placement.squeeze,
+            plans.append(
+                replace(
+                    self.scripted,
+                    palm=placement.palm,
+                    q_start=clip_to_range(record.q_start),
+                    q_goal=clip_to_range(subspace.inverse_transform(placement.z)),
+                    squeeze=placement.squeeze,
+                )
             )
-            plans += [replace(plan, arrive=arrive) for arrive in ARRIVALS]
-            if len(taken) == N_PLACEMENTS:
+            if len(plans) == N_PLACEMENTS:
                 break
         return plans
+
+    def from_start(self, start: GraspPlan, generations: int, seed: int) -> tuple[float, GraspPlan]:
+        """Search around a plan; returns the least cost met and its plan, ``start`` included."""
+        cost, point = minimise(
+            lambda x: self.cost(self.varied(start, x)),
+            np.zeros(self.size),
+            generations=generations,
+            seed=seed,
+        )
+        return cost, self.varied(start, point)
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
         """Return a plan displaced by ``point`` (size,), in units of the initial spreads."""
