@@ -79,6 +79,10 @@ models: setup
 assets: setup
 	$(BIN)/python -m handsim.hand.object_meshes assets/objects
 	$(BIN)/python -m handsim.simulation.experiments assets/experiments
+	$(BIN)/handsim learn -o assets/controller.npz
+	rm -f assets/plans/*.json
+	$(BIN)/handsim grasp --task all --jobs 2
+	$(BIN)/handsim baseline record assets/baseline.npz
 
 pictures: rendering
 	$(BIN)/python -m handsim.viewing.sheets keyframes models/hand/hand.png
@@ -88,3 +92,7 @@ pictures: rendering
 	  --fingertips thumb=thumb_touch index=f1_touch middle=f2_touch ring=f3_touch
 	$(BIN)/python -m handsim.viewing.sheets grasps assets/grasps.png
 	MUJOCO_GL=$${MUJOCO_GL:-egl} $(BIN)/python -m handsim.hand.object_sheet assets/objects.png
+	$(BIN)/handsim grasp --task $(TASK) -o out
+	$(BIN)/handsim render out/$(TASK).npz -o assets/pictures/grasp.gif --size 400x300 --fps 15
+	$(BIN)/handsim figures -o out/figures
+	cp out/figures/fig6_paths.png assets/pictures/paths.png
