@@ -7,26 +7,19 @@ from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 
-import mujoco
 import numpy as np
 import pytest
 from movement_primitives.dmp import DMP
 from scipy.interpolate import NdBSpline
 
 from handsim.files import data_folder
-from handsim.hand.tasks import task_by_name
 from handsim.learning.bspline import SplineEvaluator, TensorBSpline
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_controller
 from handsim.motion.recording import read_recordings
-from handsim.simulation.closed_loop import Stage
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.grasping import ControllerGrasper
-from handsim.simulation.plan import schedule_for
 
 pytestmark = pytest.mark.slow
 
-TASK = task_by_name("cube-raise")
 N_MANY = 100_000
 ORDERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # value, then gradient
 SECOND = np.array([[2, 0, 0], [1, 1, 0], [1, 0, 1], [0, 2, 0], [0, 1, 1], [0, 0, 2]])
@@ -159,25 +152,6 @@ def test_learning_the_built_in_experiments(benchmark):
     recordings = read_recordings(Path(data_folder("assets")) / "experiments")
     learned = benchmark.pedantic(learn_controller, (recordings,), rounds=3)
     assert learned.summary["n_recordings"] == len(recordings)
-
-
-def test_a_grasp_with_the_controller(benchmark, controller):
-    grasp = ControllerGrasper(controller, "replay")
-    rollout = benchmark.pedantic(grasp, (TASK, Conditions()), rounds=3)
-    assert len(rollout.time) > 100
-
-
-def test_as_many_steps_of_the_same_scene_by_mujoco_alone(benchmark):
-    stage = Stage.build(TASK, Conditions())
-    model, data = stage.hand.model, stage.hand.data
-    steps = round(schedule_for(TASK).end / model.opt.timestep)
-
-    def run() -> None:
-        mujoco.mj_resetData(model, data)
-        mujoco.mj_step(model, data, nstep=steps)
-
-    benchmark.pedantic(run, rounds=3)
-    assert data.time > 1.0
 
 
 # The bars.
