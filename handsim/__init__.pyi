@@ -29,6 +29,7 @@ from .motion.recording import read_postures as read_postures
 from .motion.recording import read_recordings as read_recordings
 from .motion.recording import write_postures as write_postures
 from .motion.recording import write_recordings as write_recordings
+from .simulation.batch import grasp_batch as grasp_batch
 from .simulation.conditions import Conditions as Conditions
 from .simulation.demonstrator import demonstrate as demonstrate
 from .simulation.grasping import ControllerGrasper as ControllerGrasper
