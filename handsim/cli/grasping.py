@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from handsim.simulation.protocols import JudgedRun, JudgedTask
     from handsim.simulation.rollout import Rollout
 
-DEMONSTRATOR = "demonstrator"
-
 
 def grasp(
     task: Annotated[str, typer.Option(help="Task of Table I, or all that are demonstrated.")],
@@ -151,6 +149,7 @@ def _grasper(
     from handsim.cli.defaults import grasper_without, planning_grasper
     from handsim.errors import InputError
     from handsim.simulation.demonstrator import demonstrate
+    from handsim.simulation.sweep_spec import DEMONSTRATOR
 
     if recordings is not None and left_out is None:
         raise InputError("--recordings says what to learn from without an object; add --leave-out")

@@ -345,7 +345,7 @@ def recorded_samples(paths: list[Array], rng: np.random.Generator) -> Samples:
 
 
 def rolled_out_samples(rollouts: list[FlowPath], paths: list[Array]) -> Samples:
-    """Return points of roll-outs, led to the recording a tenth of its length ahead."""
+    """Return points of roll-outs, led to the recording a little (`_AHEAD`) farther on."""
     even = np.linspace(0.0, 1.0, _N_PER_PATH)
     points, wanted, goals = [], [], []
     for i, (rollout, path) in enumerate(zip(rollouts, paths, strict=True)):

@@ -8,6 +8,7 @@ the physics that they will be used in; where none holds with room to spare, a se
 
 from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 
 import numpy as np
 import numpy.typing as npt
@@ -117,7 +118,8 @@ def plan_grasp(
     for attempt, (_, start) in enumerate(ranked[:SEARCHES]):
         if best[0] < NOMINAL_FAILS and attempt > 0:
             break
-        best = min(best, search.from_start(starts[start], generations, seed + attempt), key=_cost)
+        found = search.from_start(starts[start], generations, seed + attempt)
+        best = min(best, found, key=itemgetter(0))
     plan = best[1]
     run = run_plan(controller, Stage.build(task, conditions), plan)
     if best[0] < NOMINAL_FAILS and not run.outcome.success:  # what is held longer creeps farther
@@ -125,10 +127,6 @@ def plan_grasp(
         plan = whole.from_start(plan, generations, seed + SEARCHES)[1]
         run = run_plan(controller, Stage.build(task, conditions), plan)
     return plan, run
-
-
-def _cost(found: tuple[float, GraspPlan]) -> float:
-    return found[0]
 
 
 def run_plan(
