@@ -10,7 +10,8 @@ Symbols
 ``q``               posture, (22,) or (n, 22) [rad], in the order of `JOINT_NAMES`
 ``z``               the same in the subspace, (n_components,) [rad]
 ``q_goal, z_goal``  destination
-``gamma_d``         attractive function, squared distance to the destination
+``gamma_d``         attractive function, squared distance to the destination in its metric
+``M``               metric of a destination, gamma_d = (z - z_goal)' M (z - z_goal); in the paper, I
 ``beta``            obstacle function, positive in free space
 ``chi``             ln(beta) / k where beta is learned through its logarithm
 ``phi``             navigation function gamma_d / (gamma_d^k + beta)^(1/k), Eq. (2) of the paper

@@ -135,9 +135,9 @@ class TensorBasis:
         values = np.ones((len(points), 1))
         for (first, basis), stride, derivative in zip(local, strides, derivatives, strict=True):
             here = (first[:, None] + np.arange(self.degree + 1)) * stride
-            columns = (columns[:, :, None] + here[:, None, :]).reshape(len(points), -1)
-            values = values[:, :, None] * basis[derivative].T[:, None, :]
-            values = values.reshape(len(points), -1)
+            size = (len(points), columns.shape[1] * here.shape[1])
+            columns = (columns[:, :, None] + here[:, None, :]).reshape(size)
+            values = (values[:, :, None] * basis[derivative].T[:, None, :]).reshape(size)
         # Products with these matrices are bound by memory: indices of half the size help.
         index = np.int32 if columns.size < np.iinfo(np.int32).max else np.int64
         starts = np.arange(len(points) + 1, dtype=index) * columns.shape[1]

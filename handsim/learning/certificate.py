@@ -1,8 +1,9 @@
 """Proof that a navigation function leads to its destination from everywhere in the workspace.
 
-Along the flow gamma_d falls exactly where (z - z_goal) . grad(ln beta) < 2 k. If that holds in the
-whole workspace, gamma_d is a strict Lyapunov function: z_goal is the only critical point and
-every start converges. The condition is sufficient, not necessary.
+Along the flow |z - z_goal|^2 falls exactly where (z - z_goal) . grad(ln beta) < 2 k, in whatever
+metric gamma_d is, since (z - z_goal) . grad(ln gamma_d) = 2 for any. If that holds in the whole
+workspace, |z - z_goal|^2 is a strict Lyapunov function: z_goal is the only critical point and every
+start converges. The condition is sufficient, not necessary.
 
 The bound. For a spline f and a fixed destination, (z - z_goal) . grad f is on every knot cell
 a polynomial of the degree of f, so it lies between the least and the greatest of its Bernstein

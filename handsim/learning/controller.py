@@ -14,6 +14,7 @@ import numpy.typing as npt
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS, clip_to_range
+from handsim.learning.attraction import DestinationMetric
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
 from handsim.learning.paths import FlowPath, arc_length, follow
@@ -25,7 +26,7 @@ from handsim.motion.recording import RecordingSet
 Array = npt.NDArray[np.float64]
 TimeLaw = Literal["natural", "gradient"]
 
-SCHEMA = 1
+SCHEMA = 2  # 1: without a metric of destinations; still read
 
 
 @dataclass(frozen=True)
@@ -277,7 +278,7 @@ class GraspController:
         arrays["coefficients"] = spline.coefficients
         if exponential:
             arrays["closing_width"] = obstacle.width
-        metadata = {
+        metadata: dict[str, Any] = {
             "obstacle": "exponential" if exponential else "spline",
             "degree": spline.basis.degree,
             "k": self.navigation.k,
@@ -285,6 +286,10 @@ class GraspController:
             "certified": self.certified,
             "demonstrations": records,
         }
+        metric = self.navigation.metric
+        if metric:  # without one the content, and so the digest, is that of schema 1
+            metadata["metric_reach"] = metric.reach
+            arrays |= {"metric_centres": metric.centres, "metric_logs": metric.logs}
         return metadata, arrays
 
 
@@ -331,7 +336,11 @@ def _navigation_of(
         obstacle = ExponentialObstacle(spline, arrays["closing_width"])
     else:
         obstacle = SplineObstacle(spline)
-    return NavigationFunction(obstacle, float(metadata["k"]))
+    metric = None
+    if "metric_reach" in metadata:
+        reach = float(metadata["metric_reach"])
+        metric = DestinationMetric(arrays["metric_centres"], arrays["metric_logs"], reach)
+    return NavigationFunction(obstacle, float(metadata["k"]), metric)
 
 
 def _demonstrations_of(

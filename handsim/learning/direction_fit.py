@@ -4,24 +4,24 @@ With beta = beta_0 exp(k chi) the flow points along
 
     w = grad chi + grad(ln beta_0) / k - grad(ln gamma_d),
 
-linear in the coefficients of chi. The learner minimises
+with gamma_d in a metric that depends on the destination (`attraction`). The learner minimises, by
+the coefficients of chi and the parameters of the metric,
 
     mean over samples of 1 - cos(angle between w and the wanted direction)
     + smoothness |second differences of the coefficients|^2 + ridge |coefficients|^2
+    + metric_ridge |parameters of the metric|^2
     + descent    mean over the workspace of max(0, worst (z - z_goal) . grad chi - (2 - margin))^2
 
-where the last is the condition under which the distance to the destination falls everywhere
-(`descent`, `certificate`); a certified fit holds it as a constraint instead. Samples are the
-tangents of the recordings; a corridor of displaced points that lead back to them, without which
-paths would not attract; and, in each refinement, points of the roll-outs of the fit so far, led to
-the recording a little ahead.
+where the last is the condition under which the distance to the destination falls everywhere, for
+every metric (`descent`, `certificate`); a certified fit holds it as a constraint instead. In
+rounds, the fit so far is rolled out, its points are led back (`samples`), and it is fitted again.
+Recordings are averaged with those between near ends first (`averaging`).
 
 The paper matches velocities instead (`pde_fit`); here the exponent and all speeds drop out.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil
 from time import perf_counter
 
 import numpy as np
@@ -29,48 +29,24 @@ import numpy.typing as npt
 from scipy import optimize, sparse
 
 from handsim.errors import InputError
+from handsim.learning.attraction_fit import Attraction, MetricModel
+from handsim.learning.averaging import averaged
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.descent import DescentCondition, box_corners
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
-from handsim.learning.paths import FlowPath, at_arc_length, follow, path_error
+from handsim.learning.paths import FlowPath, follow, path_error
+from handsim.learning.samples import Samples, recorded_samples, rolled_out_samples
 from handsim.learning.workspace import KnotRule, lay_basis
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[float], None]
 
-_N_PER_PATH = 30  # samples along a recording, equally spaced in arc length
-_MOST_SAMPLED = 6000  # of those in all: of many recordings every few are taken
-_LAST_FRACTION = 0.97  # of the arc length: beyond, the direction to the destination is noise
-_CORRIDOR = np.deg2rad(15.0)  # farthest displaced sample
-_RETURN = 1.5 / np.deg2rad(100.0)  # pull back to the recording, per displacement
-_N_PER_SAMPLE = 1  # displaced samples for each sample
-_AHEAD = 0.07  # fraction of the recording by which a roll-out is led ahead
+_METRIC_REACH = 0.75  # over which destinations share their metric, as a fraction of their spread
+_LEAST_REACH = np.deg2rad(1.0)
+_NEW_DESTINATIONS = 1.3  # how far out the descent condition is held, relative to the recorded ones
 _N_DESCENT = 3000  # points of the workspace at which the descent condition is held
 _ROLLOUT_STEP = np.deg2rad(2.0)
 _PHI_START = 0.9  # greatest phi at a recorded start: fixes the free constant of chi
-
-
-@dataclass(frozen=True)
-class Samples:
-    """Points and the directions in which the flow should point there.
-
-    Attributes
-    ----------
-    points, wanted, goals : (N, n)
-        Points [rad], unit vectors, destinations [rad].
-    """
-
-    points: Array
-    wanted: Array
-    goals: Array
-
-    def __add__(self, other: "Samples") -> "Samples":
-        """Return both sets of samples together."""
-        return Samples(
-            np.vstack([self.points, other.points]),
-            np.vstack([self.wanted, other.wanted]),
-            np.vstack([self.goals, other.goals]),
-        )
 
 
 @dataclass(frozen=True)
@@ -106,6 +82,11 @@ class DirectionLearner:
     certified
         Hold the descent condition as a constraint, for all destinations inside the closing layer
         of the workspace, so that `certificate.certify` proves convergence to any of them.
+    metric_ridge
+        Weight of the metric's parameters; None leaves gamma_d = |z - z_goal|^2, as in the paper.
+    averaging
+        Distance between the ends of recordings over which they are averaged, as a fraction of the
+        spread of the destinations; 0 takes them as they are.
     n_refinements
         Rounds of roll-outs after the first fit.
     n_iterations
@@ -145,7 +126,9 @@ class DirectionLearner:
         descent: float = 1000.0,
         margin: float = 0.2,
         certified: bool = False,
-        n_refinements: int = 5,
+        metric_ridge: float | None = 1e-3,
+        averaging: float = 0.25,
+        n_refinements: int = 4,
         n_iterations: int = 60,
         knot_rule: KnotRule = "gentle",
         seed: int = 0,
@@ -158,6 +141,8 @@ class DirectionLearner:
         self.descent = descent
         self.margin = margin
         self.certified = certified
+        self.metric_ridge = metric_ridge
+        self.averaging = averaging
         self.n_refinements = n_refinements
         self.n_iterations = n_iterations
         self.knot_rule: KnotRule = knot_rule
@@ -176,21 +161,22 @@ class DirectionLearner:
             raise InputError("0 paths to learn from; give at least 1")
         rng = np.random.default_rng(self.seed)
         basis, width = lay_basis(paths, self.shape, self.degree, self.knot_rule)
+        paths = averaged(paths, self.averaging * _spread(paths))
         problem = _Problem(self, basis, width, paths, rng)
         samples = recorded_samples(paths, rng)
         log: list[tuple[float, float, float]] = []
-        c, cost_start, cost_end = problem.solve(
-            np.zeros(basis.n_coefficients), samples, self.n_iterations, log
+        x, cost_start, cost_end = problem.solve(
+            np.zeros(problem.n_unknowns), samples, self.n_iterations, log
         )
-        best = latest = problem.candidate(c)
+        best = latest = problem.candidate(x)
         for i in range(self.n_refinements):
             if progress:
                 progress((i + 1) / (self.n_refinements + 1))
             if self.certified:
-                problem.descent.tighten(c)
+                problem.descent.tighten(x[: basis.n_coefficients])
             samples += rolled_out_samples(latest.rollouts, paths)
-            c, _, _ = problem.solve(c, samples, self.n_iterations // 2, log)
-            latest = problem.candidate(c)
+            x, _, _ = problem.solve(x, samples, self.n_iterations // 2, log)
+            latest = problem.candidate(x)
             best = max(best, latest, key=lambda candidate: candidate.merit)
         self.navigation_ = best.navigation
         self.cost_start_, self.cost_end_ = cost_start, cost_end
@@ -213,7 +199,7 @@ class _Candidate:
 
 
 class _Problem:
-    """The cost as a function of the coefficients."""
+    """The cost as a function of the coefficients of chi, followed by the metric's parameters."""
 
     def __init__(
         self,
@@ -223,57 +209,68 @@ class _Problem:
         paths: list[Array],
         rng: np.random.Generator,
     ) -> None:
-        self.basis, self.width, self.paths, self.k = basis, width, paths, learner.k
+        self.basis, self.paths, self.k = basis, paths, learner.k
         self.starts = np.array([path[0] for path in paths])
         self.goals = np.array([path[-1] for path in paths])
         self.certified = learner.certified
         self.penalty = learner.smoothness * second_differences(basis.shape)
         self.penalty += learner.ridge * sparse.eye_array(basis.n_coefficients)
         self.flat = ExponentialObstacle(TensorBSpline(basis, np.zeros(basis.shape)), width)
+        self.metric_ridge = learner.metric_ridge or 0.0
+        self.metric_model = None
+        if learner.metric_ridge is not None and len(width) > 1:
+            reach = max(_METRIC_REACH * _spread(paths), _LEAST_REACH)
+            self.metric_model = MetricModel(self.goals, reach)
+        self.n_unknowns = basis.n_coefficients
+        self.n_unknowns += self.metric_model.n_parameters if self.metric_model else 0
         # A certified field leads to every destination inside the closing layer.
         inner = np.array([basis.lower + width, basis.upper - width])
         self.descent = DescentCondition(
             basis,
-            box_corners(inner) if self.certified else self.goals,
+            box_corners(inner) if self.certified else _beyond(self.goals, inner),
             rng.uniform(basis.lower, basis.upper, (_n_descent(basis), len(width))),
             2.0 - learner.margin,
             learner.descent,
         )
 
-    def candidate(self, c: Array) -> _Candidate:
+    def candidate(self, x: Array) -> _Candidate:
         """Roll a fit out from the recorded starts."""
+        c, p = np.split(x, [self.basis.n_coefficients])
         if self.certified:
             c = self.descent.restored(c)
-        navigation = NavigationFunction(self._obstacle(c), self.k)
+        metric = self.metric_model.metric(p) if self.metric_model else None
+        flat = NavigationFunction(self.flat, self.k, metric)
+        navigation = NavigationFunction(self._obstacle(c, flat), self.k, metric)
         rollouts = follow(navigation.directions, self.starts, self.goals, _ROLLOUT_STEP)
         errors = [path_error(r.points, p) for r, p in zip(rollouts, self.paths, strict=True)]
         merit = (sum(r.arrived for r in rollouts), -float(np.mean(errors)))
         return _Candidate(navigation, rollouts, merit)
 
-    def _obstacle(self, c: Array) -> ExponentialObstacle:
+    def _obstacle(self, c: Array, flat: NavigationFunction) -> ExponentialObstacle:
         """The obstacle of coefficients, chi's free constant set so that phi <= 0.9 at all starts.
 
         phi = 0.9 where chi - ln gamma_d = ln(0.9**-k - 1) / k. The splines sum to one, so
         a constant added to all coefficients is added to chi.
         """
         chi = TensorBSpline(self.basis, c).jets(self.starts, 0)[0]
-        ln_gamma = np.log(np.sum((self.starts - self.goals) ** 2, axis=1))
+        ln_gamma = np.log(flat.attractions(self.starts, self.goals))
         shift = np.log(_PHI_START**-self.k - 1.0) / self.k - np.min(chi - ln_gamma)
-        return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.width)
+        return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.flat.width)
 
     def solve(
-        self, c: Array, samples: Samples, n_iterations: int, log: list[tuple[float, float, float]]
+        self, x: Array, samples: Samples, n_iterations: int, log: list[tuple[float, float, float]]
     ) -> tuple[Array, float, float]:
-        """Minimise from ``c`` on; returns coefficients and the costs before and after."""
+        """Minimise from ``x`` on; returns the unknowns and the costs before and after."""
         design = _stacked(self.basis, samples.points)
         transposed = design.T
-        away = samples.points - samples.goals
-        fixed = -2.0 * away / np.sum(away**2, axis=1, keepdims=True)
-        fixed += self.flat.closure(samples.points)[1] / self.k
+        closure = self.flat.closure(samples.points)[1] / self.k
+        attraction = Attraction(self.metric_model, samples.points, samples.goals)
         n = self.goals.shape[1]
 
-        def cost(c: Array) -> tuple[float, Array]:
-            flow = (design @ c).reshape(n, -1).T + fixed
+        def cost(x: Array) -> tuple[float, Array]:
+            c, p = x[: self.basis.n_coefficients], x[self.basis.n_coefficients :]
+            pull, pulled_back = attraction(p)
+            flow = (design @ c).reshape(n, -1).T + closure - pull
             length = np.linalg.norm(flow, axis=1, keepdims=True)
             unit = flow / length
             cosine = np.sum(unit * samples.wanted, axis=1, keepdims=True)
@@ -281,13 +278,15 @@ class _Problem:
             descent, descent_slope = self.descent(c)
             penalty = self.penalty @ c
             value = float(np.mean(1.0 - cosine)) + descent + float(c @ penalty)
-            return value, transposed @ slope.T.ravel() + descent_slope + 2.0 * penalty
+            value += self.metric_ridge * float(p @ p)
+            by_c = transposed @ slope.T.ravel() + descent_slope + 2.0 * penalty
+            return value, np.append(by_c, 2.0 * self.metric_ridge * p - pulled_back(slope))
 
-        recorder = _Recorder(cost, c, log)
-        start = cost(c)[0]
+        recorder = _Recorder(cost, x, log)
+        start = cost(x)[0]
         found = optimize.minimize(
             recorder.cost,
-            c,
+            x,
             jac=True,
             method="L-BFGS-B",
             callback=recorder.after_iteration,
@@ -319,58 +318,16 @@ class _Recorder:
         self._previous = c.copy()
 
 
-def recorded_samples(paths: list[Array], rng: np.random.Generator) -> Samples:
-    """Return the tangents of the recordings and a corridor of points that lead back to them."""
-    fractions = np.linspace(0.0, 1.0, _N_PER_PATH)
-    points, wanted, goals = [], [], []
-    for i, path in enumerate(paths):
-        use = _sampled(i, paths)
-        even = at_arc_length(path, fractions)
-        tangent = _unit(np.gradient(even, axis=0))[use]
-        even = even[use]
-        goal = np.broadcast_to(path[-1], even.shape)
-        points.append(even)
-        wanted.append(tangent)
-        goals.append(goal)
-        if path.shape[1] == 1:  # on a line there is no side to be displaced to
-            continue
-        for _ in range(_N_PER_SAMPLE):
-            normal = rng.normal(size=even.shape)
-            normal = _unit(normal - np.sum(normal * tangent, axis=1, keepdims=True) * tangent)
-            aside = normal * rng.uniform(0.0, _CORRIDOR, (len(even), 1))
-            points.append(even + aside)
-            wanted.append(_unit(tangent - _RETURN * aside))
-            goals.append(goal)
-    return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
+def _spread(paths: list[Array]) -> float:
+    """Root of the mean squared distance of destinations from their mean [rad]."""
+    goals = np.array([path[-1] for path in paths])
+    return float(np.sqrt(np.mean(np.sum((goals - goals.mean(axis=0)) ** 2, axis=1))))
 
 
-def rolled_out_samples(rollouts: list[FlowPath], paths: list[Array]) -> Samples:
-    """Return points of roll-outs, led to the recording a little (`_AHEAD`) farther on."""
-    even = np.linspace(0.0, 1.0, _N_PER_PATH)
-    points, wanted, goals = [], [], []
-    for i, (rollout, path) in enumerate(zip(rollouts, paths, strict=True)):
-        fractions = even[_sampled(i, paths)]
-        here = at_arc_length(rollout.points, fractions)
-        ahead = at_arc_length(path, np.minimum(fractions + _AHEAD, 1.0)) - here
-        # Nearer than this the direction ahead is noise.
-        use = np.linalg.norm(ahead, axis=1) > np.deg2rad(3.0)
-        points.append(here[use])
-        wanted.append(_unit(ahead[use]))
-        goals.append(np.broadcast_to(path[-1], here[use].shape))
-    return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
-
-
-def _sampled(i: int, paths: list[Array]) -> npt.NDArray[np.int64]:
-    """Which of the points along recording ``i`` are samples.
-
-    Of many recordings every few points, other ones of each: what a fit costs stays bounded
-    however many there are, and the coefficients are as well determined.
-    """
-    n = paths[0].shape[1]
-    most = min(_MOST_SAMPLED, 6_000_000 // (n * 4**n))  # fewer where each touches more coefficients
-    every = ceil(len(paths) * _N_PER_PATH / most)
-    usable = np.flatnonzero(np.linspace(0.0, 1.0, _N_PER_PATH) <= _LAST_FRACTION)
-    return usable[(usable + i) % every == 0]
+def _beyond(goals: Array, inner: Array) -> Array:
+    """Move destinations away from their mean, inside the closing layer: new ones lie among them."""
+    mean = goals.mean(axis=0)
+    return np.clip(mean + _NEW_DESTINATIONS * (goals - mean), *inner)
 
 
 def _n_descent(basis: TensorBasis) -> int:
@@ -397,8 +354,3 @@ def second_differences(shape: tuple[int, ...]) -> sparse.csr_array:
 def _stacked(basis: TensorBasis, points: Array) -> sparse.csr_array:
     """All partial derivatives at points, one dimension below the other."""
     return sparse.csr_array(sparse.vstack(basis.gradient_designs(points), format="csr"))
-
-
-def _unit(vectors: Array) -> Array:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0.0, length, 1.0)

@@ -1,6 +1,7 @@
 """Navigation functions over the subspace, Eq. (2) of the paper, and their obstacles.
 
-phi(z, z_goal) = gamma_d / (gamma_d^k + beta)^(1/k),  gamma_d = |z - z_goal|^2,  u = -grad phi.
+phi(z, z_goal) = gamma_d / (gamma_d^k + beta)^(1/k),  u = -grad phi,  gamma_d = |z - z_goal|^2 as in
+the paper, or squared in a metric that depends on the destination (`attraction`).
 
 Two obstacles: `ExponentialObstacle`, beta = beta_0 exp(k chi) with chi a spline, positive in the
 whole workspace and zero on its boundary by construction (Eqs. 4 and 5); and `SplineObstacle`, where
@@ -11,7 +12,7 @@ With ln beta the flow -grad phi points along v = gamma_d grad(ln beta)/k - grad 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import exp, inf, log
 from typing import Protocol
@@ -20,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError
+from handsim.learning.attraction import DestinationMetric
 from handsim.learning.bspline import SplineEvaluator, TensorBSpline
 
 Array = npt.NDArray[np.float64]
@@ -188,6 +190,8 @@ class NavigationFunction:
     obstacle
     k
         Exponent, at least 2 (the paper: a natural number but 0 and 1).
+    metric
+        Of gamma_d; by default M = I, as in the paper.
 
     Raises
     ------
@@ -197,6 +201,7 @@ class NavigationFunction:
 
     obstacle: Obstacle
     k: float
+    metric: DestinationMetric | None = None
 
     def __post_init__(self) -> None:
         """Check the exponent."""
@@ -238,7 +243,18 @@ class NavigationFunction:
 
     def evaluator(self) -> "FlowEvaluator":
         """Return what evaluates one point after another without making arrays."""
-        return FlowEvaluator(self.obstacle.evaluator(self.k), self.k)
+        return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, self.metrics)
+
+    def metrics(self, z_goal: Array) -> Array:
+        """Return the metrics M (..., n, n) of gamma_d at destinations (..., n)."""
+        if self.metric is None:
+            return np.broadcast_to(np.eye(self.n_dimensions), (*z_goal.shape, self.n_dimensions))
+        return self.metric.at(z_goal)
+
+    def attractions(self, z: Array, z_goal: Array) -> Array:
+        """Return gamma_d (N,) at points (N, n), goals (n,) or (N, n)."""
+        away = z - z_goal
+        return np.einsum("...i,...ij,...j->...", away, self.metrics(z_goal), away)
 
     def value_and_gradient(self, z: Array, z_goal: Array) -> tuple[float, Array]:
         """Return phi and grad phi (n,) [1/rad] at one point (n,)."""
@@ -257,8 +273,9 @@ class NavigationFunction:
     def directions(self, z: Array, z_goal: Array) -> Array:
         """Return unit vectors of the flow (N, n) at points (N, n), goals (n,) or (N, n)."""
         away = z - z_goal
+        pull = np.einsum("...ij,...j->...i", self.metrics(z_goal), away)
         _, grad_ln, _ = self.obstacle.log_jets(z, self.k, 1)
-        flow = (np.sum(away**2, axis=1) / self.k)[:, None] * grad_ln - 2.0 * away
+        flow = (np.sum(pull * away, axis=1) / self.k)[:, None] * grad_ln - 2.0 * pull
         length = np.linalg.norm(flow, axis=1, keepdims=True)
         return flow / np.where(length > 0.0, length, 1.0)
 
@@ -275,7 +292,9 @@ class NavigationFunction:
         """
         k = self.k
         away = z - z_goal
-        gamma = np.einsum("ij,ij->i", away, away)
+        metrics = self.metrics(z_goal)
+        pull = np.einsum("...ij,...j->...i", metrics, away)  # half of grad gamma_d
+        gamma = np.einsum("ij,ij->i", pull, away)
         ln_beta, grad_ln, hess_ln = self.obstacle.log_jets(z, k, order)
         with np.errstate(divide="ignore"):
             ln_gamma = np.log(gamma)
@@ -285,7 +304,7 @@ class NavigationFunction:
         if order == 0:
             return phi, np.empty((len(z), 0)), np.empty((len(z), 0, 0))
         share = np.exp(ln_beta - ln_sum)
-        slope = 2.0 * away - (gamma / k)[:, None] * grad_ln
+        slope = 2.0 * pull - (gamma / k)[:, None] * grad_ln
         gradient = (inverse_root * share)[:, None] * slope
         if order == 1:
             return phi, gradient, np.empty((len(z), 0, 0))
@@ -293,14 +312,14 @@ class NavigationFunction:
         # v = grad gamma - gamma grad(ln beta) / k; r = (1 - s) / gamma stays finite at the goal.
         r = np.exp((k - 1) * ln_gamma - ln_sum)
         chi_rate = (k * r * gamma - share) / k
-        outer = (-2.0 * (k + 1) * r)[:, None] * away + chi_rate[:, None] * grad_ln
-        curvature = 2.0 * np.eye(z.shape[1]) - (gamma / k)[:, None, None] * hess_ln
+        outer = (-2.0 * (k + 1) * r)[:, None] * pull + chi_rate[:, None] * grad_ln
+        curvature = 2.0 * metrics - (gamma / k)[:, None, None] * hess_ln
         curvature += slope[:, :, None] * outer[:, None, :]
-        curvature -= (2.0 / k) * grad_ln[:, :, None] * away[:, None, :]
+        curvature -= (2.0 / k) * grad_ln[:, :, None] * pull[:, None, :]
         return phi, gradient, (inverse_root * share)[:, None, None] * curvature
 
 
-@dataclass(frozen=True)
+@dataclass
 class FlowEvaluator:
     """phi, its gradient and its flow at one point after another, for loops that cannot wait.
 
@@ -313,23 +332,27 @@ class FlowEvaluator:
         Obstacle, see `Obstacle.evaluator`.
     k
         Exponent.
+    metrics
+        Metric of a destination, see `NavigationFunction.metrics`; that of the latest is kept.
     """
 
     log_jet: LogEvaluator
     k: float
+    metrics: Callable[[Array], Array]
+    _goal: list[float] = field(default_factory=list, repr=False)
+    _metric: list[list[float]] = field(default_factory=list, repr=False)
 
     def value_and_gradient(self, z: Array, z_goal: Array, gradient: Array) -> float:
         """Return phi and write grad phi (n,) [1/rad] at one point (n,) into ``gradient``."""
         k, here = self.k, z.tolist()
         ln_beta, *grad_ln = self.log_jet(here)
-        away = [a - b for a, b in zip(here, z_goal.tolist(), strict=True)]
-        gamma = sum([a * a for a in away])
+        gamma, pull = self._attraction(here, z_goal)
         ln_power = k * log(gamma) if gamma > 0.0 else -inf
         larger, smaller = (ln_beta, ln_power) if ln_beta > ln_power else (ln_power, ln_beta)
         ln_sum = larger + log(1.0 + exp(smaller - larger))
         inverse_root = exp(-ln_sum / k)  # (gamma^k + beta)^(-1/k)
         scale = inverse_root * exp(ln_beta - ln_sum)  # share: beta / (gamma^k + beta)
-        for i, (a, b) in enumerate(zip(away, grad_ln, strict=True)):
+        for i, (a, b) in enumerate(zip(pull, grad_ln, strict=True)):
             gradient[i] = scale * (2.0 * a - gamma / k * b)
         return gamma * inverse_root
 
@@ -337,9 +360,18 @@ class FlowEvaluator:
         """Write the unit vector (n,) of the flow at one point into ``direction``."""
         here = z.tolist()
         _, *grad_ln = self.log_jet(here)
-        away = [a - b for a, b in zip(here, z_goal.tolist(), strict=True)]
-        rate = sum([a * a for a in away]) / self.k
-        flow = [rate * b - 2.0 * a for a, b in zip(away, grad_ln, strict=True)]
+        gamma, pull = self._attraction(here, z_goal)
+        rate = gamma / self.k
+        flow = [rate * b - 2.0 * a for a, b in zip(pull, grad_ln, strict=True)]
         length = sum([x * x for x in flow]) ** 0.5 or 1.0
         for i, x in enumerate(flow):
             direction[i] = x / length
+
+    def _attraction(self, here: list[float], z_goal: Array) -> tuple[float, list[float]]:
+        """Return gamma_d and half its gradient."""
+        goal = z_goal.tolist()
+        if goal != self._goal:
+            self._goal, self._metric = goal, self.metrics(z_goal).tolist()
+        away = [a - b for a, b in zip(here, goal, strict=True)]
+        pull = [sum([m * a for m, a in zip(row, away, strict=True)], 0.0) for row in self._metric]
+        return sum([p * a for p, a in zip(pull, away, strict=True)], 0.0), pull

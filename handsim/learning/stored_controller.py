@@ -13,6 +13,8 @@ MAX_VALUE = 1e6
 """Bound on every number: angles [rad], variances [rad^2], coefficients of ln(beta) / k or beta."""
 MIN_WIDTH = 1e-6
 """Least distance of unequal knots and least thickness of the closing layer [rad]."""
+MAX_LOG_METRIC = 100.0
+"""Bound on the logarithm of a metric's entries: their exponentials stay far from overflow."""
 _ACCURACY = 1e-6
 
 Arrays = Mapping[str, npt.NDArray[Any]]
@@ -32,6 +34,8 @@ def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
     n = len(arrays["subspace_components"])
     _check_subspace(n, arrays)
     _check_spline(n, metadata, arrays)
+    if "metric_reach" in metadata:
+        _check_metric(n, metadata["metric_reach"], arrays)
     _check_demonstrations(n, metadata["demonstrations"], arrays)
 
 
@@ -66,6 +70,19 @@ def _check_spline(n: int, metadata: Mapping[str, Any], arrays: Arrays) -> None:
         steps = np.diff(arrays[f"knots_{i}"])
         if not ((steps == 0) | (steps >= MIN_WIDTH)).all():
             raise ValueError(f"knots_{i} do not increase by {MIN_WIDTH:g} rad")
+
+
+def _check_metric(n: int, reach: Any, arrays: Arrays) -> None:
+    if not isinstance(reach, float) or not MIN_WIDTH <= reach <= MAX_VALUE:
+        raise ValueError(f"metric_reach {reach!r} is not a distance")
+    logs = arrays["metric_logs"]
+    _check_shape("metric_logs", arrays, 1 + len(arrays["metric_centres"]), n, n)
+    _check_shape("metric_centres", arrays, len(logs) - 1, n)
+    if np.abs(logs - np.swapaxes(logs, 1, 2)).max() > _ACCURACY:
+        raise ValueError("metric_logs are not symmetric")
+    # Kernels are at most 1, so this bounds the logarithm of every metric.
+    if np.abs(logs).sum(axis=0).max() > MAX_LOG_METRIC:
+        raise ValueError(f"metric_logs add up to more than {MAX_LOG_METRIC:g}")
 
 
 def _check_demonstrations(n: int, records: Any, arrays: Arrays) -> None:

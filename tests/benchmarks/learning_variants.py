@@ -19,6 +19,12 @@ from handsim.learning.direction_fit import DirectionLearner
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "as it is": {},
+    "gamma_d of the paper": {"metric_ridge": None},
+    "recordings as they are": {"averaging": 0.0},
+    "both as in the paper": {"metric_ridge": None, "averaging": 0.0},
+    "averaged over twice the reach": {"averaging": 0.5},
+    "metric ridge x 10": {"metric_ridge": 1e-2},
+    "metric ridge / 10": {"metric_ridge": 1e-4},
     "no refinement by roll-out": {"n_refinements": 0},
     "2 refinements": {"n_refinements": 2},
     "8 refinements": {"n_refinements": 8},

@@ -9,7 +9,7 @@ from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import LOWER, UPPER
 from handsim.learning.bspline import TensorBSpline
-from handsim.learning.controller import GraspController
+from handsim.learning.controller import SCHEMA, GraspController
 from handsim.learning.learn import METHODS, Method, learn_controller
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.paths import path_error
@@ -200,13 +200,14 @@ def test_damaged_and_foreign_files(learned: tuple, tmp_path: Path) -> None:
     with pytest.raises(FileError, match="no such file"):
         GraspController.load(tmp_path / "absent.npz")
     path.write_bytes(whole)
-    metadata, arrays = read_archive(path, "controller", 1)
+    metadata, arrays = read_archive(path, "controller", SCHEMA)
     metadata = {k: v for k, v in metadata.items() if k not in ("kind", "schema")}
     for kind, schema, lost, words in (
         ("rollout", 1, "", "not a controller"),
         ("controller", 99, "", "schema 99"),
         ("controller", 1, "coefficients", "coefficients"),
         ("controller", 1, "z_goal", "z_goal"),
+        *[("controller", 2, name, name) for name in arrays if name.startswith("metric")],
     ):
         kept = {name: array for name, array in arrays.items() if name != lost}
         write_archive(path, kind, schema, metadata, kept)

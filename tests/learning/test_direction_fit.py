@@ -19,7 +19,7 @@ from handsim.learning.direction_fit import (
 from handsim.learning.learn import learn_controller
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.paths import ARRIVAL, FlowPath, follow, path_error
-from handsim.learning.scores import evaluate
+from handsim.learning.scores import evaluate, leave_one_out
 from handsim.learning.workspace import knot_counts, lay_basis
 from handsim.motion.importers import import_recordings
 
@@ -61,10 +61,12 @@ def test_a_known_field_is_found_again() -> None:
     goals = np.repeat(rng.uniform(-0.9, 0.9, (3, 2)), 20, axis=0)
     paths = [r.points for r in follow(truth.directions, starts, goals) if r.arrived]
     assert len(paths) > 50
-    learner = DirectionLearner(smoothness=1e-8, descent=0.0, n_iterations=300, n_refinements=2).fit(
-        paths
-    )
+    exact = {"smoothness": 1e-8, "descent": 0.0, "n_iterations": 300, "n_refinements": 2}
+    learner = DirectionLearner(averaging=0.0, **exact).fit(paths)
     assert ratio(followed(learner, paths), paths) < 0.15
+    with_distance_itself = DirectionLearner(averaging=0.0, metric_ridge=None, **exact).fit(paths)
+    assert with_distance_itself.navigation_.metric is None
+    assert ratio(followed(with_distance_itself, paths), paths) < 0.15
 
 
 @pytest.mark.parametrize("n", [1, 2, 4, 5])
@@ -136,6 +138,16 @@ def test_restored_coefficients_meet_the_condition() -> None:
     assert certify(navigation, goals).certified
     small = 1e-3 * c
     np.testing.assert_array_equal(condition.restored(small), small)
+
+
+def test_a_condition_that_holds_everywhere_has_no_points_left() -> None:
+    space = TensorBasis.uniform([-1.0, -1.0], [1.0, 1.0], (8, 8))
+    condition = DescentCondition(space, np.array([[0.1, 0.2]]), np.zeros((9, 2)), 2.0, 1.0)
+    flat = np.zeros(64)
+    condition.tighten(flat)
+    assert len(condition.points) == 0
+    value, slope = condition(flat)
+    assert value == 0 and slope.shape == (64,) and not slope.any()
 
 
 def test_samples_lead_along_back_and_ahead() -> None:
@@ -236,7 +248,7 @@ def test_real_recordings_of_subject_4() -> None:
     assert summary["n_recordings"] == 20 and summary["n_coefficients"] > 1000
     found = evaluate(controller, recordings)
     assert found["n_arrived"] == 20
-    assert found["ratio"] < 0.65
+    assert found["ratio"] < 0.60
 
 
 @real_data
@@ -249,11 +261,23 @@ def test_real_recordings_of_four_subjects() -> None:
         found.append(evaluate(learn_controller(recordings).controller, recordings))
     assert [one["n_arrived"] for one in found] == [20] * 4
     ratios = [one["ratio"] for one in found]
-    assert np.mean(ratios) < 0.76 and max(ratios) < 0.90
+    assert np.mean(ratios) < 0.67 and max(ratios) < 0.75
     error, repeat = (
         np.mean([f[k] for f in found]) for k in ("path_error_deg", "repeatability_deg")
     )
-    assert error < 0.92 * repeat
+    assert error < 0.85 * repeat
+
+
+@real_data
+@pytest.mark.real_data
+@pytest.mark.slow
+def test_real_movements_left_out() -> None:
+    found = []
+    for subject in (1, 2, 3, 4):
+        recordings = import_recordings(REAL_FILES, "west-rtg", subject)
+        found.append(leave_one_out(recordings, lambda rest: learn_controller(rest).controller))
+    assert [one["n_arrived"] for one in found] == [20] * 4
+    assert np.mean([one["ratio"] for one in found]) <= 0.80
 
 
 @real_data
@@ -266,7 +290,7 @@ def test_certified_on_real_recordings(subject: int) -> None:
     goals = np.array([d.z_goal for d in controller.demonstrations])
     navigation = controller.navigation
     assert certify(navigation, goals).certified
-    assert evaluate(controller, recordings)["ratio"] < 0.92
+    assert evaluate(controller, recordings)["ratio"] < 0.80
     rng = np.random.default_rng(0)
     low, high = navigation.obstacle.lower, navigation.obstacle.upper
     starts, ends = rng.uniform(low, high, (500, 3)), rng.uniform(low, high, (500, 3))

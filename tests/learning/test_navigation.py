@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from handsim.errors import InputError
+from handsim.learning.attraction import DestinationMetric
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.navigation import (
     ExponentialObstacle,
@@ -29,15 +30,24 @@ def obstacle(kind: str, n: int = 3) -> Obstacle:
     return SplineObstacle(TensorBSpline(basis(n), 1.0 + 0.2 * bumps))
 
 
+def metric(n: int) -> DestinationMetric:
+    rng = np.random.default_rng(7)
+    logs = 0.2 * rng.normal(size=(3, n, n))
+    return DestinationMetric(rng.normal(size=(2, n)), logs + np.swapaxes(logs, 1, 2), 0.8)
+
+
 def points(n: int = 3, count: int = 30) -> np.ndarray:
     return np.random.default_rng(1).uniform(-0.99, 1.99, (count, n))
 
 
+@pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("kind", ["exponential", "spline"])
 @pytest.mark.parametrize("k", [2, 3.5, 8])
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_gradient_and_hessian_by_finite_differences(kind: str, k: float, n: int) -> None:
-    phi = NavigationFunction(obstacle(kind, n), k)
+def test_gradient_and_hessian_by_finite_differences(
+    kind: str, k: float, n: int, turned: bool
+) -> None:
+    phi = NavigationFunction(obstacle(kind, n), k, metric(n) if turned else None)
     z, goal, step = points(n), GOAL[:n], 1e-6
     assert (z > phi.obstacle.lower + step).all() and (z < phi.obstacle.upper - step).all()
     _, gradient, hessian = phi.jets(z, goal, 2)
@@ -124,9 +134,10 @@ def test_closing_layer_is_twice_differentiable_and_absent_inside() -> None:
         assert just_outside == pytest.approx(0, abs=1e-4)
 
 
+@pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("kind", ["exponential", "spline"])
-def test_one_point_and_many_points_agree(kind: str) -> None:
-    phi = NavigationFunction(obstacle(kind), 2.5)
+def test_one_point_and_many_points_agree(kind: str, turned: bool) -> None:
+    phi = NavigationFunction(obstacle(kind), 2.5, metric(3) if turned else None)
     z = np.vstack([points(), np.array([[-0.95, 1.9, 0.3], [-3.0, 0.5, 4.0]])])
     value, gradient, _ = phi.jets(z, GOAL, 1)
     directions = phi.directions(z, GOAL)
@@ -140,10 +151,11 @@ def test_one_point_and_many_points_agree(kind: str) -> None:
     np.testing.assert_allclose(directions[steep], unit, atol=1e-9)
 
 
+@pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("kind", ["exponential", "spline"])
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_an_evaluator_writes_what_the_function_returns(kind: str, n: int) -> None:
-    phi = NavigationFunction(obstacle(kind, n), 2.5)
+def test_an_evaluator_writes_what_the_function_returns(kind: str, n: int, turned: bool) -> None:
+    phi = NavigationFunction(obstacle(kind, n), 2.5, metric(n) if turned else None)
     evaluator, out, goal = phi.evaluator(), np.empty(n), GOAL[:n]
     at_edge = np.array([[-0.95, 1.9, 0.3], [-3.0, 0.5, 4.0]])[:, :n]
     z = np.vstack([points(n), goal, at_edge])
@@ -158,17 +170,33 @@ def test_an_evaluator_writes_what_the_function_returns(kind: str, n: int) -> Non
         np.testing.assert_allclose(out, directions[i], atol=1e-9)
 
 
+def test_destinations_of_a_batch_each_have_their_metric() -> None:
+    phi = NavigationFunction(obstacle("exponential"), 2.5, metric(3))
+    z, goals = points(count=6), np.repeat(points(count=9)[6:], 2, axis=0)
+    value, gradient, hessian = phi.jets(z, goals, 2)
+    directions, evaluator, out = phi.directions(z, goals), phi.evaluator(), np.empty(3)
+    for i, (one, goal) in enumerate(zip(z, goals, strict=True)):
+        assert evaluator.value_and_gradient(one, goal, out) == pytest.approx(value[i], rel=1e-9)
+        np.testing.assert_allclose(out, gradient[i], rtol=1e-6, atol=1e-12)
+        np.testing.assert_allclose(phi.jets(one[None], goal, 2)[2][0], hessian[i], atol=1e-9)
+        evaluator.direction(one, goal, out)
+        np.testing.assert_allclose(out, directions[i], atol=1e-9)
+
+
+@pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("kind", ["exponential", "spline"])
-def test_an_evaluator_makes_no_arrays(kind: str) -> None:
+def test_an_evaluator_makes_no_arrays(kind: str, turned: bool) -> None:
     class Derived(np.ndarray):
         made = 0
 
         def __array_finalize__(self, source: object) -> None:
             Derived.made += 1
 
-    phi = NavigationFunction(obstacle(kind), 4)
+    phi = NavigationFunction(obstacle(kind), 4, metric(3) if turned else None)
     z, goal, out = (a.view(Derived) for a in (points()[0], GOAL, np.empty(3)))
-    evaluator, made = phi.evaluator(), Derived.made
+    evaluator = phi.evaluator()
+    evaluator.direction(z, goal, out)  # the metric of a new destination takes arrays, once
+    made = Derived.made
     with_arrays = peak_bytes(lambda: phi.value_and_gradient(points()[0], GOAL))
     for run in (
         lambda: evaluator.value_and_gradient(z, goal, out),
