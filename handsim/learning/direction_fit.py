@@ -235,10 +235,10 @@ class _Problem:
 
     def candidate(self, x: Array) -> _Candidate:
         """Roll a fit out from the recorded starts."""
-        c, p = np.split(x, [self.basis.n_coefficients])
+        c, parameters = np.split(x, [self.basis.n_coefficients])
         if self.certified:
             c = self.descent.restored(c)
-        metric = self.metric_model.metric(p) if self.metric_model else None
+        metric = self.metric_model.metric(parameters) if self.metric_model else None
         flat = NavigationFunction(self.flat, self.k, metric)
         navigation = NavigationFunction(self._obstacle(c, flat), self.k, metric)
         rollouts = follow(navigation.directions, self.starts, self.goals, _ROLLOUT_STEP)

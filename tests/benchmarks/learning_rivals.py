@@ -125,6 +125,38 @@ def primitives(subject: Subject) -> tuple[float, int]:
     return float(np.sum(errors) / np.sum(straights)), arrived
 
 
+def kernel_mean(paths: list[np.ndarray], start: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    """Mean of the paths' departures from straight, by how near their ends are (30 deg)."""
+    s = np.linspace(0, 1, 100)
+    even = np.array([at_arc_length(path, s) for path in paths])
+    departures = even - even[:, :1] - s[:, None] * (even[:, -1:] - even[:, :1])
+    squares = np.sum((even[:, 0] - start) ** 2 + (even[:, -1] - goal) ** 2, axis=1)
+    weights = np.exp(-0.5 * (squares - squares.min()) / np.deg2rad(30.0) ** 2)
+    mean = np.tensordot(weights / weights.sum(), departures, axes=1)
+    return start + s[:, None] * (goal - start) + mean
+
+
+def flow_path(paths: list[np.ndarray], start: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    directions = DirectionLearner().fit(paths).navigation_.directions
+    return follow(directions, start[None], goal[None])[0].points
+
+
+def left_out(
+    subject: Subject, predict: Callable[[list[np.ndarray], np.ndarray, np.ndarray], np.ndarray]
+) -> tuple[float, int]:
+    """Ratio of paths predicted from all other trials, and how many reach the destination."""
+    made = [
+        predict(subject.paths[:i] + subject.paths[i + 1 :], path[0], path[-1])
+        for i, path in enumerate(subject.paths)
+    ]
+    arrived = [
+        bool(np.linalg.norm(one[-1] - path[-1]) < ARRIVAL)
+        for one, path in zip(made, subject.paths, strict=True)
+    ]
+    rollouts = [FlowPath(one, there, "") for one, there in zip(made, arrived, strict=True)]
+    return ratio(rollouts, subject.paths), sum(arrived)
+
+
 def from_anywhere(field: Field, subject: Subject) -> list[FlowPath]:
     rng = np.random.default_rng(0)
     points = np.vstack(subject.paths)
@@ -165,6 +197,12 @@ def main() -> None:
     found = [primitives(subject) for subject in subjects]
     row("movement primitive of another trial of the same object", *zip(*found, strict=True),
         ["by time"], 0.0, float("nan"))  # fmt: skip
+    for name, predict in (
+        ("kernel mean of paths between near ends, left out", kernel_mean),
+        ("direction fit, left out", flow_path),
+    ):
+        found = [left_out(subject, predict) for subject in subjects]
+        row(name, *zip(*found, strict=True), [""], 0.0, float("nan"))
 
 
 def row(

@@ -51,7 +51,7 @@ def test_learn_and_evaluate_the_built_in_experiments(run, learned):
     assert result.code == 0
     scores = result.json()
     assert scores["n_recordings"] == scores["n_arrived"] == len(DEMONSTRATED)
-    assert scores["ratio"] < 0.75  # 0.72 for the 24 experiments
+    assert scores["ratio"] < 0.60  # 0.57 for the 24 experiments
     assert scores["ratio"] == pytest.approx(scores["path_error_deg"] / scores["straight_error_deg"])
     assert {row["name"] for row in scores["per_recording"]} == set(DEMONSTRATED)
 
