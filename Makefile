@@ -51,6 +51,7 @@ notebooks: setup
 
 bench: setup
 	mkdir -p out
+	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.gl import choose_backend as f; print(f())") \
 	$(BIN)/python -m pytest tests/benchmarks -m slow --benchmark-only --benchmark-json=out/benchmarks.json
 
 results: setup
