@@ -29,6 +29,8 @@ def test_controllers(path, tmp_path):
     assert controller.postures(recorded.q_start, recorded.q_goal).arrived
     controller.save(tmp_path / "c.npz")
     assert GraspController.load(tmp_path / "c.npz").digest == controller.digest
+    # Schema 1 knew no metric of destinations: gamma_d is the squared distance itself.
+    assert (controller.navigation.metric is None) == (path.name == "controller-1.npz")
 
 
 @kept("rollout-*.npz")
