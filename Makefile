@@ -49,7 +49,7 @@ check: setup
 notebooks: setup
 	$(BIN)/python -m pytest --nbmake notebooks
 
-bench: setup
+bench: rendering
 	mkdir -p out
 	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.gl import choose_backend as f; print(f())") \
 	$(BIN)/python -m pytest tests/benchmarks -m slow --benchmark-only --benchmark-json=out/benchmarks.json

@@ -44,7 +44,9 @@ class MetricModel:
         self.reach = reach
         self._matrices = traceless_symmetric(goals.shape[1])
         self._centres, self._lower = _chosen(self.goals, reach)
-        self._features = self._features_of(self.goals)
+        shares = gaussian_kernel(self._centres, self.goals, reach)
+        whitened: Array = np.linalg.solve(self._lower, shares).astype(float)
+        self._features = np.vstack([np.ones(len(self.goals)), whitened]).T
         self.n_parameters = len(self._matrices) * self._features.shape[1]
 
     def metrics(self, p: Array) -> tuple[Array, Callable[[Array], Array]]:
@@ -69,11 +71,6 @@ class MetricModel:
         logs = np.einsum("fb,bij->fij", weights, self._matrices)
         return DestinationMetric(self._centres, logs, self.reach)
 
-    def _features_of(self, goals: Array) -> Array:
-        shares = gaussian_kernel(self._centres, goals, self.reach)
-        whitened: Array = np.linalg.solve(self._lower, shares).astype(float)
-        return np.vstack([np.ones(len(goals)), whitened]).T
-
 
 class Attraction:
     """grad ln gamma_d at points, as a function of the metric's parameters.
@@ -89,14 +86,14 @@ class Attraction:
     def __init__(self, model: MetricModel | None, points: Array, goals: Array) -> None:
         self._model = model
         self._away = points - goals
-        self._straight = 2.0 * self._away / np.sum(self._away**2, axis=1, keepdims=True)
         if model:
             self._which, self._gather = _groups(model.goals, goals)
 
     def __call__(self, p: Array) -> tuple[Array, Callable[[Array], Array]]:
         """Return the gradients (N, n), and what takes a cost's slope by them to one by ``p``."""
         if self._model is None:
-            return self._straight, lambda _: p
+            squares = np.sum(self._away**2, axis=1, keepdims=True)
+            return 2.0 * self._away / squares, lambda _: p
         metrics, pulled_back = self._model.metrics(p)
         half = np.einsum("ijk,ik->ij", metrics[self._which], self._away)
         scale = 2.0 / np.einsum("ij,ij->i", half, self._away)[:, None]

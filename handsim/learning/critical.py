@@ -163,12 +163,10 @@ def _zero_function(navigation: NavigationFunction, z: Array, z_goal: Array) -> t
     """v (N, n) and its Jacobian (N, n, n)."""
     k = navigation.k
     _, grad_ln, hess_ln = navigation.obstacle.log_jets(z, k, 2)
-    away, metric = z - z_goal, navigation.metrics(z_goal)
-    pull = away @ metric  # half of grad gamma_d
-    gamma = np.sum(pull * away, axis=1)
+    gamma, pull = navigation.attraction(z, z_goal)
     residual = (gamma / k)[:, None] * grad_ln - 2.0 * pull
     jacobian = (2.0 / k) * grad_ln[:, :, None] * pull[:, None, :]
-    jacobian += (gamma / k)[:, None, None] * hess_ln - 2.0 * metric
+    jacobian += (gamma / k)[:, None, None] * hess_ln - 2.0 * navigation.metrics(z_goal)
     return residual, jacobian
 
 

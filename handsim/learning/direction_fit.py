@@ -253,7 +253,9 @@ class _Problem:
         a constant added to all coefficients is added to chi.
         """
         chi = TensorBSpline(self.basis, c).jets(self.starts, 0)[0]
-        ln_gamma = np.log(flat.attractions(self.starts, self.goals))
+        away = self.starts - self.goals
+        # One sum, not `attraction`: controllers that are learned again keep their last bits.
+        ln_gamma = np.log(np.einsum("ij,ijk,ik->i", away, flat.metrics(self.goals), away))
         shift = np.log(_PHI_START**-self.k - 1.0) / self.k - np.min(chi - ln_gamma)
         return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.flat.width)
 

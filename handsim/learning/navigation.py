@@ -251,10 +251,11 @@ class NavigationFunction:
             return np.broadcast_to(np.eye(self.n_dimensions), (*z_goal.shape, self.n_dimensions))
         return self.metric.at(z_goal)
 
-    def attractions(self, z: Array, z_goal: Array) -> Array:
-        """Return gamma_d (N,) at points (N, n), goals (n,) or (N, n)."""
+    def attraction(self, z: Array, z_goal: Array) -> tuple[Array, Array]:
+        """Return gamma_d (N,) and half its gradient (N, n), for goals (n,) or (N, n)."""
         away = z - z_goal
-        return np.einsum("...i,...ij,...j->...", away, self.metrics(z_goal), away)
+        pull = np.einsum("...ij,...j->...i", self.metrics(z_goal), away)
+        return np.sum(pull * away, axis=1), pull
 
     def value_and_gradient(self, z: Array, z_goal: Array) -> tuple[float, Array]:
         """Return phi and grad phi (n,) [1/rad] at one point (n,)."""
@@ -272,10 +273,9 @@ class NavigationFunction:
 
     def directions(self, z: Array, z_goal: Array) -> Array:
         """Return unit vectors of the flow (N, n) at points (N, n), goals (n,) or (N, n)."""
-        away = z - z_goal
-        pull = np.einsum("...ij,...j->...i", self.metrics(z_goal), away)
+        gamma, pull = self.attraction(z, z_goal)
         _, grad_ln, _ = self.obstacle.log_jets(z, self.k, 1)
-        flow = (np.sum(pull * away, axis=1) / self.k)[:, None] * grad_ln - 2.0 * pull
+        flow = (gamma / self.k)[:, None] * grad_ln - 2.0 * pull
         length = np.linalg.norm(flow, axis=1, keepdims=True)
         return flow / np.where(length > 0.0, length, 1.0)
 
@@ -291,10 +291,7 @@ class NavigationFunction:
         order : 0, 1 or 2
         """
         k = self.k
-        away = z - z_goal
-        metrics = self.metrics(z_goal)
-        pull = np.einsum("...ij,...j->...i", metrics, away)  # half of grad gamma_d
-        gamma = np.einsum("ij,ij->i", pull, away)
+        gamma, pull = self.attraction(z, z_goal)
         ln_beta, grad_ln, hess_ln = self.obstacle.log_jets(z, k, order)
         with np.errstate(divide="ignore"):
             ln_gamma = np.log(gamma)
@@ -313,7 +310,7 @@ class NavigationFunction:
         r = np.exp((k - 1) * ln_gamma - ln_sum)
         chi_rate = (k * r * gamma - share) / k
         outer = (-2.0 * (k + 1) * r)[:, None] * pull + chi_rate[:, None] * grad_ln
-        curvature = 2.0 * metrics - (gamma / k)[:, None, None] * hess_ln
+        curvature = 2.0 * self.metrics(z_goal) - (gamma / k)[:, None, None] * hess_ln
         curvature += slope[:, :, None] * outer[:, None, :]
         curvature -= (2.0 / k) * grad_ln[:, :, None] * pull[:, None, :]
         return phi, gradient, (inverse_root * share)[:, None, None] * curvature

@@ -42,6 +42,16 @@ def path_error(path: Array, reference: Array) -> float:
     return float(np.sqrt(np.mean(np.sum(apart**2, axis=1))))
 
 
+def between_ends(path: Array, start: Array, goal: Array) -> Array:
+    """Return a path (100, d) equally spaced in arc length, its ends moved to others (d,).
+
+    The displacement of the ends is spread linearly over arc length.
+    """
+    s = np.linspace(0.0, 1.0, N_COMPARED)[:, None]
+    even = at_arc_length(path, s[:, 0])
+    return even + (1.0 - s) * (start - path[0]) + s * (goal - path[-1])
+
+
 @dataclass(frozen=True)
 class FlowPath:
     """Where a flow led.

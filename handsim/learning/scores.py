@@ -15,7 +15,14 @@ import numpy.typing as npt
 
 from handsim.errors import InputError
 from handsim.learning.controller import GraspController
-from handsim.learning.paths import N_COMPARED, FlowPath, at_arc_length, follow, path_error
+from handsim.learning.paths import (
+    N_COMPARED,
+    FlowPath,
+    at_arc_length,
+    between_ends,
+    follow,
+    path_error,
+)
 from handsim.motion.recording import Recording, RecordingSet
 
 Array = npt.NDArray[np.float64]
@@ -94,14 +101,9 @@ def roll_out(controller: GraspController, paths: list[Array]) -> list[FlowPath]:
 def repeatability(path: Array, others: list[Array]) -> float | None:
     """Mean path error [rad] of other paths whose ends are moved to those of ``path``.
 
-    The displacement of the ends is spread linearly over arc length. None if there are no others.
+    None if there are no others.
     """
-    errors = []
-    s = np.linspace(0.0, 1.0, N_COMPARED)[:, None]
-    for other in others:
-        even = at_arc_length(other, s[:, 0])
-        moved = even + (1.0 - s) * (path[0] - other[0]) + s * (path[-1] - other[-1])
-        errors.append(path_error(moved, path))
+    errors = [path_error(between_ends(other, path[0], path[-1]), path) for other in others]
     return float(np.mean(errors)) if errors else None
 
 

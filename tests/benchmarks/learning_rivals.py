@@ -19,7 +19,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 from learning_data import SUBJECTS, Subject, load, ratio, roll_out
 
 from handsim.learning.direction_fit import DirectionLearner
-from handsim.learning.paths import ARRIVAL, FlowPath, at_arc_length, follow, path_error
+from handsim.learning.paths import (
+    ARRIVAL,
+    FlowPath,
+    at_arc_length,
+    between_ends,
+    follow,
+    path_error,
+)
 from handsim.learning.pde_fit import PDELearner
 
 Field = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -126,14 +133,12 @@ def primitives(subject: Subject) -> tuple[float, int]:
 
 
 def kernel_mean(paths: list[np.ndarray], start: np.ndarray, goal: np.ndarray) -> np.ndarray:
-    """Mean of the paths' departures from straight, by how near their ends are (30 deg)."""
-    s = np.linspace(0, 1, 100)
-    even = np.array([at_arc_length(path, s) for path in paths])
-    departures = even - even[:, :1] - s[:, None] * (even[:, -1:] - even[:, :1])
-    squares = np.sum((even[:, 0] - start) ** 2 + (even[:, -1] - goal) ** 2, axis=1)
+    """Mean of the paths with their ends moved here, by how near the ends are (30 deg)."""
+    ends = np.array([np.hstack([path[0], path[-1]]) for path in paths])
+    squares = np.sum((ends - np.hstack([start, goal])) ** 2, axis=1)
     weights = np.exp(-0.5 * (squares - squares.min()) / np.deg2rad(30.0) ** 2)
-    mean = np.tensordot(weights / weights.sum(), departures, axes=1)
-    return start + s[:, None] * (goal - start) + mean
+    moved = [between_ends(path, start, goal) for path in paths]
+    return np.average(moved, axis=0, weights=weights)
 
 
 def flow_path(paths: list[np.ndarray], start: np.ndarray, goal: np.ndarray) -> np.ndarray:

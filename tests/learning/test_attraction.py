@@ -58,13 +58,13 @@ def test_the_pull_towards_the_destination_is_that_of_the_distance_itself() -> No
     step = 1e-6
     slopes = np.stack(
         [
-            navigation.attractions(z + step * unit, goal)
-            - navigation.attractions(z - step * unit, goal)
+            navigation.attraction(z + step * unit, goal)[0]
+            - navigation.attraction(z - step * unit, goal)[0]
             for unit in np.eye(3)
         ],
         axis=1,
     ) / (2 * step)  # fmt: skip
-    along = np.sum((z - goal) * slopes, axis=1) / navigation.attractions(z, goal)
+    along = np.sum((z - goal) * slopes, axis=1) / navigation.attraction(z, goal)[0]
     np.testing.assert_allclose(along, 2.0, atol=1e-5)
     # And yet paths are not straight.
     towards = (goal - z) / np.linalg.norm(goal - z, axis=1, keepdims=True)
