@@ -17,11 +17,15 @@ was learned at it tends to exp(S_0). (Logarithms make a vector space of the metr
 """
 
 from dataclasses import dataclass, field
+from math import factorial
 
 import numpy as np
 import numpy.typing as npt
 
+from handsim.learning.reproducible import dots, exp, product, total
+
 Array = npt.NDArray[np.float64]
+_TAYLOR_DEGREE = 14  # at a norm of 1/2 the next term is below 1e-16
 _Asked = tuple[tuple[int, ...], bytes]
 
 
@@ -56,18 +60,58 @@ class DestinationMetric:
                 return metrics
         goals = np.reshape(z_goal, (-1, shape[-1]))
         shares = gaussian_kernel(goals, self.centres, self.reach)
-        logs = self.logs[0] + np.einsum("ij,jkl->ikl", shares, self.logs[1:])
-        metrics = exponential(*np.linalg.eigh(logs)).reshape(*shape, shape[-1])
+        logs = self.logs[0] + total(shares[:, :, None, None] * self.logs[1:], 1)
+        metrics = exponential(logs).reshape(*shape, shape[-1])
         self._latest[:] = [(asked, metrics)]
         return metrics
 
 
 def gaussian_kernel(a: Array, b: Array, reach: float) -> Array:
     """Return K between points a (N, n) and b (m, n), (N, m)."""
-    squares = np.sum((a[:, None] - b[None]) ** 2, axis=-1)
-    return np.exp(-0.5 * squares / reach**2)
+    apart = a[:, None] - b[None]
+    return exp(-0.5 * dots(apart, apart) / (reach * reach))
 
 
-def exponential(eigenvalues: Array, eigenvectors: Array) -> Array:
-    """Return exp of symmetric matrices (N, n, n) by their eigenvalues and eigenvectors."""
-    return (eigenvectors * np.exp(eigenvalues)[:, None, :]) @ np.swapaxes(eigenvectors, 1, 2)
+def exponential(logs: Array) -> Array:
+    """Return exp of symmetric matrices (N, n, n), symmetric to the bit."""
+    metrics = _exponential(logs, _halvings(logs))
+    return 0.5 * (metrics + np.swapaxes(metrics, 1, 2))
+
+
+def exponential_slope(logs: Array, directions: Array) -> Array:
+    """Return the derivatives (N, n, n) of `exponential` along symmetric directions (N, n, n).
+
+    The upper right block of exp [[S, D], [0, S]] (Higham 2008, Functions of Matrices, Eq. 3.16).
+    """
+    n = logs.shape[1]
+    blocks = np.zeros((len(logs), 2 * n, 2 * n))
+    blocks[:, :n, :n] = blocks[:, n:, n:] = logs
+    blocks[:, :n, n:] = directions
+    slopes = _exponential(blocks, _halvings(logs))[:, :n, n:]
+    return 0.5 * (slopes + np.swapaxes(slopes, 1, 2))
+
+
+def _halvings(logs: Array) -> npt.NDArray[np.int32]:
+    """How often matrices (N, n, n) are halved until their norm is 1/2 or less."""
+    flat = logs.reshape(len(logs), -1)
+    return np.maximum(np.frexp(np.sqrt(dots(flat, flat)))[1] + 1, 0)
+
+
+def _exponential(matrices: Array, halvings: npt.NDArray[np.int32]) -> Array:
+    """Taylor polynomial of degree 14 of the halved matrices, squared as often as they were halved.
+
+    In blocks of four powers (Paterson and Stockmeyer 1973), in reproducible arithmetic.
+    """
+    x = np.ldexp(matrices, -halvings[:, None, None])
+    square = product(x, x)
+    powers = [np.broadcast_to(np.eye(x.shape[1]), x.shape), x, square, product(square, x)]
+    fourth = product(square, square)
+    value = np.zeros_like(x)
+    for first in range(12, -1, -4):
+        value = product(value, fourth) if first < 12 else value
+        for power, matrix in enumerate(powers):
+            if first + power <= _TAYLOR_DEGREE:
+                value = value + (1.0 / factorial(first + power)) * matrix
+    for i in range(int(halvings.max(initial=0))):
+        value = np.where((i < halvings)[:, None, None], product(value, value), value)
+    return value

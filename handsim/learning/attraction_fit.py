@@ -8,12 +8,18 @@ penalty: it makes of each entry a Gaussian-process prior (Rasmussen and Williams
 """
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
 
-from handsim.learning.attraction import DestinationMetric, exponential, gaussian_kernel
+from handsim.learning.attraction import (
+    DestinationMetric,
+    exponential,
+    exponential_slope,
+    gaussian_kernel,
+)
+from handsim.learning.reproducible import dots, lower_solved, total, upper_solved
 
 Array = npt.NDArray[np.float64]
 
@@ -45,31 +51,37 @@ class MetricModel:
         self._matrices = traceless_symmetric(goals.shape[1])
         self._centres, self._lower = _chosen(self.goals, reach)
         shares = gaussian_kernel(self._centres, self.goals, reach)
-        whitened: Array = np.linalg.solve(self._lower, shares).astype(float)
-        self._features = np.vstack([np.ones(len(self.goals)), whitened]).T
-        self.n_parameters = len(self._matrices) * self._features.shape[1]
+        whitened = lower_solved(self._lower, shares)
+        self._features = np.vstack([np.ones(len(self.goals)), whitened])  # (f, m)
+        self.n_parameters = len(self._matrices) * len(self._features)
 
     def metrics(self, p: Array) -> tuple[Array, Callable[[Array], Array]]:
         """Return M at `goals`, (m, n, n), and what takes a gradient by M back to one by ``p``."""
-        shaped = p.reshape(self._features.shape[1], len(self._matrices))
-        logs = np.einsum("gf,fb,bij->gij", self._features, shaped, self._matrices, optimize=True)
-        eigenvalues, vectors = np.linalg.eigh(logs)
-        turned = np.swapaxes(vectors, 1, 2)
+        logs = total(self._features[:, :, None, None] * self._weights(p)[:, None])
 
         def pulled_back(slope: Array) -> Array:
-            quotients = _divided_differences(eigenvalues)
-            by_log = vectors @ (quotients * (turned @ slope @ vectors)) @ turned
-            by_entry = np.einsum("gij,bij->gb", by_log, self._matrices)
-            return (self._features.T @ by_entry).ravel()
+            # The derivative of the exponential at a symmetric matrix is its own transpose.
+            by_log = exponential_slope(logs, slope)
+            by_entry = self._entries(by_log)
+            return total(self._features[:, :, None] * by_entry, 1).ravel()
 
-        return exponential(eigenvalues, vectors), pulled_back
+        return exponential(logs), pulled_back
 
     def metric(self, p: Array) -> DestinationMetric:
         """Return the metric of every destination."""
-        shaped = p.reshape(self._features.shape[1], len(self._matrices))
-        weights = np.vstack([shaped[:1], np.linalg.solve(self._lower.T, shaped[1:])])
-        logs = np.einsum("fb,bij->fij", weights, self._matrices)
-        return DestinationMetric(self._centres, logs, self.reach)
+        weights = self._weights(p)
+        flat = weights[1:].reshape(len(self._centres), -1)
+        logs = upper_solved(self._lower.T, flat).reshape(weights[1:].shape)
+        return DestinationMetric(self._centres, np.concatenate([weights[:1], logs]), self.reach)
+
+    def _weights(self, p: Array) -> Array:
+        """Return the symmetric matrix of each feature, (f, n, n)."""
+        shaped = p.reshape(len(self._features), len(self._matrices))
+        return total(shaped[:, :, None, None] * self._matrices, 1)
+
+    def _entries(self, matrices: Array) -> Array:
+        """Return the components (m, b) of matrices (m, n, n) along the basis."""
+        return total(total(matrices[:, None] * self._matrices, -1), -1)
 
 
 class Attraction:
@@ -87,37 +99,35 @@ class Attraction:
         self._model = model
         self._away = points - goals
         if model:
-            self._which, self._gather = _groups(model.goals, goals)
+            self._which = _which(model.goals, goals)
 
     def __call__(self, p: Array) -> tuple[Array, Callable[[Array], Array]]:
         """Return the gradients (N, n), and what takes a cost's slope by them to one by ``p``."""
         if self._model is None:
-            squares = np.sum(self._away**2, axis=1, keepdims=True)
+            squares = dots(self._away, self._away)[:, None]
             return 2.0 * self._away / squares, lambda _: p
         metrics, pulled_back = self._model.metrics(p)
-        half = np.einsum("ijk,ik->ij", metrics[self._which], self._away)
-        scale = 2.0 / np.einsum("ij,ij->i", half, self._away)[:, None]
+        half = dots(metrics[self._which], self._away[:, None])
+        scale = 2.0 / dots(half, self._away)[:, None]
         pull = scale * half
 
         def by_parameters(slope: Array) -> Array:
             # d(2 M e / e'Me) = (2 / e'Me) (dM e - (M e) e'dM e / e'Me), dM symmetric
-            along = np.einsum("ij,ij->i", slope, pull)[:, None]
+            along = dots(slope, pull)[:, None]
             left = scale * (slope - 0.5 * along * self._away)
-            outer = left[:, :, None] * self._away[:, None, :]
-            n = outer.shape[1]
-            total = (self._gather @ outer.reshape(len(outer), -1)).reshape(-1, n, n)
-            return pulled_back(0.5 * (total + np.swapaxes(total, 1, 2)))
+            by_metric = np.empty_like(metrics)
+            for i, j in product(range(left.shape[1]), repeat=2):
+                outer = left[:, i] * self._away[:, j]
+                by_metric[:, i, j] = np.bincount(self._which, outer, minlength=len(metrics))
+            return pulled_back(0.5 * (by_metric + np.swapaxes(by_metric, 1, 2)))
 
         return pull, by_parameters
 
 
-def _groups(different: Array, goals: Array) -> tuple[npt.NDArray[np.int64], sparse.csr_array]:
-    """Which of the ``different`` goals each goal is, and the matrix that sums over those alike."""
+def _which(different: Array, goals: Array) -> npt.NDArray[np.int64]:
+    """Which of the ``different`` goals each goal is."""
     both = np.vstack([different, goals])
-    which = np.unique(both, axis=0, return_inverse=True)[1].ravel()[len(different) :]
-    ones = np.ones(len(goals))
-    gather = sparse.csr_array((ones, (which, np.arange(len(goals)))), (len(different), len(goals)))
-    return which, gather
+    return np.unique(both, axis=0, return_inverse=True)[1].ravel()[len(different) :]
 
 
 def traceless_symmetric(n: int) -> Array:
@@ -130,7 +140,7 @@ def traceless_symmetric(n: int) -> Array:
             basis.append(matrix)
     for i in range(1, n):  # diagonals: 1, ..., 1, -i
         diagonal = np.append(np.ones(i), [-i, *np.zeros(n - i - 1)])
-        basis.append(np.diag(diagonal / np.linalg.norm(diagonal)))
+        basis.append(np.diag(diagonal / np.sqrt(i + i * i)))
     return np.array(basis).reshape(-1, n, n)
 
 
@@ -144,20 +154,9 @@ def _chosen(goals: Array, reach: float) -> tuple[Array, Array]:
     chosen: list[int] = []
     while len(chosen) < _MOST_CENTRES and unexplained.max() > _UNEXPLAINED:
         pivot = int(np.argmax(unexplained))
-        row = gaussian_kernel(goals[[pivot]], goals, reach)[0] - rows[:, pivot] @ rows
+        row = gaussian_kernel(goals[[pivot]], goals, reach)[0] - total(rows[:, [pivot]] * rows)
         row /= np.sqrt(unexplained[pivot])
         rows = np.vstack([rows, row])
         unexplained = unexplained - row**2
         chosen.append(pivot)
     return goals[chosen], np.tril(rows[:, chosen].T)
-
-
-def _divided_differences(eigenvalues: Array) -> Array:
-    """Return (exp a - exp b) / (a - b) of all pairs (m, n, n): the derivative of the exponential.
-
-    Daleckii and Krein 1965; Higham 2008, Functions of Matrices, Theorem 3.11.
-    """
-    mean = 0.5 * (eigenvalues[:, :, None] + eigenvalues[:, None, :])
-    half = 0.5 * (eigenvalues[:, :, None] - eigenvalues[:, None, :])
-    ratio = np.sinh(half) / np.where(half == 0.0, 1.0, half)
-    return np.exp(mean) * np.where(half == 0.0, 1.0, ratio)

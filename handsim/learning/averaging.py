@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from handsim.learning.attraction import gaussian_kernel
 from handsim.learning.paths import N_COMPARED, at_arc_length
+from handsim.learning.reproducible import exact_product
 
 Array = npt.NDArray[np.float64]
 
@@ -36,11 +37,13 @@ def averaged(paths: list[Array], reach: float) -> list[Array]:
     ends = np.hstack([even[:, 0], even[:, -1]])
     straight = even[:, :1] + s[:, None] * (even[:, -1:] - even[:, :1])
     departures = (even - straight).reshape(len(even), -1)
+    with_ones = np.hstack([departures, np.ones((len(even), 1))])
     result = np.empty_like(departures)
     for first in range(0, len(even), _AT_ONCE):
         some = slice(first, first + _AT_ONCE)
         weights = gaussian_kernel(ends[some], ends, reach)
         rows = np.arange(len(weights))
         weights[rows, first + rows] += _OWN
-        result[some] = weights @ departures / weights.sum(axis=1, keepdims=True)
+        sums = exact_product(weights, with_ones)
+        result[some] = sums[:, :-1] / sums[:, -1:]
     return list(straight + result.reshape(straight.shape))

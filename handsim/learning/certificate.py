@@ -26,6 +26,7 @@ import numpy.typing as npt
 
 from handsim.learning.bspline import TensorBSpline
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
+from handsim.learning.reproducible import product, total
 
 Array = npt.NDArray[np.float64]
 
@@ -212,12 +213,13 @@ class _Cells:
             size = np.diff(axis.breaks)
             # Power coefficients in t = x - break, then in u = t / size, then Bernstein.
             powers = axis.pieces[:, :, 0] * size[:, None, None] ** np.arange(degree + 1)[:, None]
-            to_cells = np.einsum("jp,cpi->cji", _power_to_bernstein(degree), powers)
+            to_cells = product(_power_to_bernstein(degree), powers)
             local = axis.first[:, None] + np.arange(degree + 1)
             # Axes already done lead as pairs (cell, power); the next to do is axis 2 r.
             gathered = np.moveaxis(np.take(c, local, axis=2 * r), (2 * r, 2 * r + 1), (0, 1))
-            c = np.moveaxis(np.einsum("cji,ci...->cj...", to_cells, gathered), (0, 1),
-                            (2 * r, 2 * r + 1))  # fmt: skip
+            extent = (slice(None), slice(None), slice(None), *(None,) * (gathered.ndim - 2))
+            summed = total(to_cells[extent] * gathered[:, None], 2)
+            c = np.moveaxis(summed, (0, 1), (2 * r, 2 * r + 1))
         c = np.transpose(c, (*range(0, 2 * n, 2), *range(1, 2 * n, 2)))
         c = c.reshape((-1, *(degree + 1,) * n))
         breaks = [axis.breaks for axis in spline.basis.axes]
@@ -295,4 +297,5 @@ def _left_half(degree: int) -> Array:
 
 
 def _along(matrix: Array, array: Array, axis: int) -> Array:
-    return np.moveaxis(np.tensordot(array, matrix, axes=(axis, 1)), -1, axis)
+    last = np.moveaxis(array, axis, -1)
+    return np.moveaxis(total(last[..., None, :] * matrix, -1), -1, axis)

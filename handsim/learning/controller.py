@@ -1,9 +1,7 @@
 """The grasp controller: subspace, navigation function, and what was recorded."""
 
-import hashlib
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -16,7 +14,9 @@ from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS, clip_to_range
 from handsim.learning.attraction import DestinationMetric
 from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning.identity import content_digest
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
+from handsim.learning.options import Method, check_options
 from handsim.learning.paths import FlowPath, arc_length, follow
 from handsim.learning.stored_controller import check_content
 from handsim.learning.subspace import PostureSubspace
@@ -26,7 +26,7 @@ from handsim.motion.recording import RecordingSet
 Array = npt.NDArray[np.float64]
 TimeLaw = Literal["natural", "gradient"]
 
-SCHEMA = 2  # 1: without a metric of destinations; still read
+SCHEMA = 3  # 1: without a metric of destinations; 2: with few of the options; both still read
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,11 @@ class PostureSequence(NamedTuple):
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GraspController:
     """Closed-loop controller of a hand in its principal subspace.
+
+    Two controllers are equal, and have the same hash, if they do the same: if their digests agree.
 
     Attributes
     ----------
@@ -90,13 +92,25 @@ class GraspController:
         Name of the learner.
     certified
         Whether it was learned with the descent condition as a constraint.
+    options
+        All options and the seed of the learner (`options`). Files of earlier versions do not know
+        them all; those that are missing were the usual ones.
     """
 
     subspace: PostureSubspace
     navigation: NavigationFunction
     demonstrations: tuple[Demonstration, ...]
-    method: str = "direction"
+    method: Method = "direction"
     certified: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both do the same."""
+        return isinstance(other, GraspController) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        """Hash what the controller does."""
+        return hash(self.digest)
 
     def demonstration(self, name: str) -> Demonstration:
         """Return the demonstration of a task or of a recording, by its name.
@@ -222,13 +236,14 @@ class GraspController:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of what the controller is: equal digests, equal behaviour."""
+        """SHA-256 of what the controller does, rounded as `identity` says.
+
+        How it came to be (method, options) does not count: equal digests, equal behaviour.
+        """
         metadata, arrays = self._content()
-        whole = hashlib.sha256(json.dumps(metadata, sort_keys=True).encode())
-        for name in sorted(arrays):
-            whole.update(name.encode() + str(arrays[name].shape).encode())
-            whole.update(np.ascontiguousarray(arrays[name]).tobytes())
-        return whole.hexdigest()
+        behaviour = ("obstacle", "degree", "k", "demonstrations", "metric_reach")
+        settings = {name: metadata[name] for name in behaviour if name in metadata}
+        return content_digest(settings, arrays)
 
     def save(self, path: Path) -> None:
         """Write the controller to an ``.npz`` without pickles."""
@@ -251,9 +266,12 @@ class GraspController:
                 subspace=PostureSubspace.from_arrays(arrays),
                 navigation=_navigation_of(metadata, arrays),
                 demonstrations=_demonstrations_of(metadata, arrays),
-                method=str(metadata["method"]),
+                method=metadata["method"],
                 certified=bool(metadata["certified"]),
+                options=_options_of(metadata),
             )
+        except InputError as error:
+            raise FileError(f"{path}: {error}") from error
         except (KeyError, ValueError, TypeError, IndexError) as error:
             raise FileError(
                 f"{path}: not a whole controller ({type(error).__name__}: {error}); learn it again"
@@ -284,10 +302,11 @@ class GraspController:
             "k": self.navigation.k,
             "method": self.method,
             "certified": self.certified,
+            "options": dict(self.options),
             "demonstrations": records,
         }
         metric = self.navigation.metric
-        if metric:  # without one the content, and so the digest, is that of schema 1
+        if metric:
             metadata["metric_reach"] = metric.reach
             arrays |= {"metric_centres": metric.centres, "metric_logs": metric.logs}
         return metadata, arrays
@@ -341,6 +360,16 @@ def _navigation_of(
         reach = float(metadata["metric_reach"])
         metric = DestinationMetric(arrays["metric_centres"], arrays["metric_logs"], reach)
     return NavigationFunction(obstacle, float(metadata["k"]), metric)
+
+
+def _options_of(metadata: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options a file tells of, as far as it does."""
+    kept: dict[str, Any] = {"k": float(metadata["k"])}
+    if metadata["method"] == "direction":
+        kept["certified"] = bool(metadata["certified"])
+        if metadata["schema"] == 1:
+            kept |= {"metric_ridge": None, "averaging": 0.0}
+    return check_options(metadata["method"], kept | dict(metadata.get("options", {})))
 
 
 def _demonstrations_of(

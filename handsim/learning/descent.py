@@ -8,11 +8,11 @@ at the end is taken away by scaling chi: the condition is linear in it.
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
-from scipy.spatial import ConvexHull, QhullError
 
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.certificate import descent_supremum, violations
+from handsim.learning.designs import JetDesign
+from handsim.learning.reproducible import dot, dots, total
 
 Array = npt.NDArray[np.float64]
 
@@ -48,11 +48,10 @@ class DescentCondition:
         """Return the penalty of coefficients and its gradient."""
         excess, lever = self._excess(c)
         active = np.maximum(excess + self.shift, 0.0)
-        value = self.weight * float(active @ active)
+        value = self.weight * dot(active, active)
         held = np.flatnonzero(active)  # few: elsewhere there is nothing to differentiate
         slope = (2.0 * self.weight * active[held])[:, None] * lever[held]
-        rows = np.add.outer(len(active) * np.arange(lever.shape[1]), held).ravel()
-        return value, self._design[rows].T @ slope.T.ravel()
+        return value, self._design.taken(held).pulled_back(None, slope.T)
 
     def tighten(self, c: Array) -> None:
         """Shift by what is still in excess, and add points where the certificate would fail."""
@@ -71,14 +70,14 @@ class DescentCondition:
 
     def _lay(self, points: Array) -> None:
         self.points = points
-        designs = self.basis.gradient_designs(points)
-        self._design = sparse.csr_array(sparse.vstack(designs, format="csr"))
+        self._design = JetDesign(self.basis, points)
 
     def _excess(self, c: Array) -> tuple[Array, Array]:
         """Excess (N,) and z - z_goal (N, n) for the worst destination."""
-        grad = (self._design @ c).reshape(self.goals.shape[1], -1).T
-        lever = self.points - self.goals[np.argmin(grad @ self.goals.T, axis=1)]
-        return np.einsum("ij,ij->i", lever, grad) - self.limit, lever
+        grad = self._design(c)[1]
+        lifts = total(grad[:, None] * self.goals.T[:, :, None])  # z_goal . grad chi, (m, N)
+        lever = self.points - self.goals[np.argmin(lifts, axis=0)]
+        return dots(lever, grad.T) - self.limit, lever
 
 
 def _outermost(goals: Array) -> Array:
@@ -88,6 +87,8 @@ def _outermost(goals: Array) -> Array:
         return goals
     if n == 1:
         return goals[[goals.argmin(), goals.argmax()]]
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         return goals[ConvexHull(goals).vertices]
     except QhullError:  # flat, as destinations on one plane are

@@ -26,15 +26,17 @@ from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, sparse
 
 from handsim.errors import InputError
 from handsim.learning.attraction_fit import Attraction, MetricModel
 from handsim.learning.averaging import averaged
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.descent import DescentCondition, box_corners
+from handsim.learning.designs import JetDesign
+from handsim.learning.lbfgs import Iteration, minimise
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.paths import FlowPath, follow, path_error
+from handsim.learning.reproducible import dot, dots, log, mean, norms, powers
 from handsim.learning.samples import Samples, recorded_samples, rolled_out_samples
 from handsim.learning.workspace import KnotRule, lay_basis
 
@@ -164,9 +166,9 @@ class DirectionLearner:
         paths = averaged(paths, self.averaging * _spread(paths))
         problem = _Problem(self, basis, width, paths, rng)
         samples = recorded_samples(paths, rng)
-        log: list[tuple[float, float, float]] = []
+        history: list[Iteration] = []
         x, cost_start, cost_end = problem.solve(
-            np.zeros(problem.n_unknowns), samples, self.n_iterations, log
+            np.zeros(problem.n_unknowns), samples, self.n_iterations, history
         )
         best = latest = problem.candidate(x)
         for i in range(self.n_refinements):
@@ -175,14 +177,14 @@ class DirectionLearner:
             if self.certified:
                 problem.descent.tighten(x[: basis.n_coefficients])
             samples += rolled_out_samples(latest.rollouts, paths)
-            x, _, _ = problem.solve(x, samples, self.n_iterations // 2, log)
+            x, _, _ = problem.solve(x, samples, self.n_iterations // 2, history)
             latest = problem.candidate(x)
             best = max(best, latest, key=lambda candidate: candidate.merit)
         self.navigation_ = best.navigation
         self.cost_start_, self.cost_end_ = cost_start, cost_end
-        self.n_iterations_ = len(log)
+        self.n_iterations_ = len(history)
         self.n_coefficients_ = basis.n_coefficients
-        self.history_ = History(*np.array(log).reshape(-1, 3).T)
+        self.history_ = History(*np.array(history).reshape(-1, 3).T)
         self.seconds_ = perf_counter() - began
         if progress:
             progress(1.0)
@@ -213,8 +215,7 @@ class _Problem:
         self.starts = np.array([path[0] for path in paths])
         self.goals = np.array([path[-1] for path in paths])
         self.certified = learner.certified
-        self.penalty = learner.smoothness * second_differences(basis.shape)
-        self.penalty += learner.ridge * sparse.eye_array(basis.n_coefficients)
+        self.smoothness, self.ridge = learner.smoothness, learner.ridge
         self.flat = ExponentialObstacle(TensorBSpline(basis, np.zeros(basis.shape)), width)
         self.metric_ridge = learner.metric_ridge or 0.0
         self.metric_model = None
@@ -228,7 +229,7 @@ class _Problem:
         self.descent = DescentCondition(
             basis,
             box_corners(inner) if self.certified else _beyond(self.goals, inner),
-            rng.uniform(basis.lower, basis.upper, (_n_descent(basis), len(width))),
+            basis.lower + (basis.upper - basis.lower) * rng.random((_n_descent(basis), len(width))),
             2.0 - learner.margin,
             learner.descent,
         )
@@ -243,7 +244,7 @@ class _Problem:
         navigation = NavigationFunction(self._obstacle(c, flat), self.k, metric)
         rollouts = follow(navigation.directions, self.starts, self.goals, _ROLLOUT_STEP)
         errors = [path_error(r.points, p) for r, p in zip(rollouts, self.paths, strict=True)]
-        merit = (sum(r.arrived for r in rollouts), -float(np.mean(errors)))
+        merit = (sum(r.arrived for r in rollouts), -float(mean(np.array(errors))))
         return _Candidate(navigation, rollouts, merit)
 
     def _obstacle(self, c: Array, flat: NavigationFunction) -> ExponentialObstacle:
@@ -254,82 +255,53 @@ class _Problem:
         """
         chi = TensorBSpline(self.basis, c).jets(self.starts, 0)[0]
         away = self.starts - self.goals
-        # One sum, not `attraction`: controllers that are learned again keep their last bits.
-        ln_gamma = np.log(np.einsum("ij,ijk,ik->i", away, flat.metrics(self.goals), away))
-        shift = np.log(_PHI_START**-self.k - 1.0) / self.k - np.min(chi - ln_gamma)
+        ln_gamma = log(dots(dots(flat.metrics(self.goals), away[:, None]), away))
+        level = log(powers(np.array([1.0 / _PHI_START]), self.k) - 1.0)[0] / self.k
+        shift = level - np.min(chi - ln_gamma)
         return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.flat.width)
 
     def solve(
-        self, x: Array, samples: Samples, n_iterations: int, log: list[tuple[float, float, float]]
+        self, x: Array, samples: Samples, n_iterations: int, history: list[Iteration]
     ) -> tuple[Array, float, float]:
         """Minimise from ``x`` on; returns the unknowns and the costs before and after."""
-        design = _stacked(self.basis, samples.points)
-        transposed = design.T
+        design = JetDesign(self.basis, samples.points)
         closure = self.flat.closure(samples.points)[1] / self.k
         attraction = Attraction(self.metric_model, samples.points, samples.goals)
-        n = self.goals.shape[1]
 
         def cost(x: Array) -> tuple[float, Array]:
             c, p = x[: self.basis.n_coefficients], x[self.basis.n_coefficients :]
             pull, pulled_back = attraction(p)
-            flow = (design @ c).reshape(n, -1).T + closure - pull
-            length = np.linalg.norm(flow, axis=1, keepdims=True)
+            flow = design(c)[1].T + closure - pull
+            length = norms(flow)
             unit = flow / length
-            cosine = np.sum(unit * samples.wanted, axis=1, keepdims=True)
+            cosine = dots(unit, samples.wanted)[:, None]
             slope = (cosine * unit - samples.wanted) / (length * len(unit))
             descent, descent_slope = self.descent(c)
-            penalty = self.penalty @ c
-            value = float(np.mean(1.0 - cosine)) + descent + float(c @ penalty)
-            value += self.metric_ridge * float(p @ p)
-            by_c = transposed @ slope.T.ravel() + descent_slope + 2.0 * penalty
+            bend, bend_slope = second_differences(c.reshape(self.basis.shape))
+            value = float(mean(1.0 - cosine)[0]) + descent
+            value += self.smoothness * bend + self.ridge * dot(c, c)
+            value += self.metric_ridge * dot(p, p)
+            by_c = design.pulled_back(None, slope.T) + descent_slope
+            by_c += self.smoothness * bend_slope.ravel() + 2.0 * self.ridge * c
             return value, np.append(by_c, 2.0 * self.metric_ridge * p - pulled_back(slope))
 
-        recorder = _Recorder(cost, x, log)
         start = cost(x)[0]
-        found = optimize.minimize(
-            recorder.cost,
-            x,
-            jac=True,
-            method="L-BFGS-B",
-            callback=recorder.after_iteration,
-            options={"maxiter": n_iterations, "maxcor": 20, "ftol": 1e-8, "gtol": 1e-9},
-        )
-        return found.x, start, float(found.fun)
-
-
-class _Recorder:
-    """Hands the cost on and notes one line an iteration."""
-
-    def __init__(
-        self,
-        cost: Callable[[Array], tuple[float, Array]],
-        c: Array,
-        log: list[tuple[float, float, float]],
-    ) -> None:
-        self._cost, self._previous, self._log = cost, c.copy(), log
-        self._latest = (c.copy(), np.inf, np.inf)
-
-    def cost(self, c: Array) -> tuple[float, Array]:
-        value, gradient = self._cost(c)
-        self._latest = (c.copy(), value, float(np.linalg.norm(gradient)))
-        return value, gradient
-
-    def after_iteration(self, c: Array) -> None:
-        _, value, norm = self._latest  # L-BFGS accepts the point it evaluated last
-        self._log.append((value, norm, float(np.linalg.norm(c - self._previous))))
-        self._previous = c.copy()
+        found = minimise(cost, x, n_iterations, cost_tolerance=1e-8, gradient_tolerance=1e-9)
+        history.extend(found.iterations)
+        return found.x, start, found.cost
 
 
 def _spread(paths: list[Array]) -> float:
     """Root of the mean squared distance of destinations from their mean [rad]."""
     goals = np.array([path[-1] for path in paths])
-    return float(np.sqrt(np.mean(np.sum((goals - goals.mean(axis=0)) ** 2, axis=1))))
+    away = goals - mean(goals)
+    return float(np.sqrt(mean(dots(away, away))))
 
 
 def _beyond(goals: Array, inner: Array) -> Array:
     """Move destinations away from their mean, inside the closing layer: new ones lie among them."""
-    mean = goals.mean(axis=0)
-    return np.clip(mean + _NEW_DESTINATIONS * (goals - mean), *inner)
+    middle = mean(goals)
+    return np.clip(middle + _NEW_DESTINATIONS * (goals - middle), *inner)
 
 
 def _n_descent(basis: TensorBasis) -> int:
@@ -338,21 +310,17 @@ def _n_descent(basis: TensorBasis) -> int:
     return min(_N_DESCENT, 2_000_000 // (n * (basis.degree + 1) ** n))
 
 
-def second_differences(shape: tuple[int, ...]) -> sparse.csr_array:
-    """Return the matrix of the sum of squared second differences along every dimension.
+def second_differences(c: Array) -> tuple[float, Array]:
+    """Return the sum of squared second differences along every dimension, and its gradient by c.
 
     The P-spline penalty of Eilers and Marx (1996), Stat. Sci. 11(2):89-121.
     """
-    total = sparse.csr_array((int(np.prod(shape)),) * 2)
-    for axis, m in enumerate(shape):
-        second = sparse.csr_array(np.diff(np.eye(m), n=2, axis=0))
-        before = sparse.eye_array(int(np.prod(shape[:axis])))
-        after = sparse.eye_array(int(np.prod(shape[axis + 1 :])))
-        full = sparse.kron(sparse.kron(before, second), after).tocsr()
-        total = total + full.T @ full
-    return sparse.csr_array(total)
-
-
-def _stacked(basis: TensorBasis, points: Array) -> sparse.csr_array:
-    """All partial derivatives at points, one dimension below the other."""
-    return sparse.csr_array(sparse.vstack(basis.gradient_designs(points), format="csr"))
+    value, gradient = 0.0, np.zeros_like(c)
+    for axis in range(c.ndim):
+        along, by_along = np.moveaxis(c, axis, 0), np.moveaxis(gradient, axis, 0)
+        bend = along[2:] - 2.0 * along[1:-1] + along[:-2]
+        value += dot(bend.ravel(), bend.ravel())
+        by_along[2:] += 2.0 * bend
+        by_along[1:-1] -= 4.0 * bend
+        by_along[:-2] += 2.0 * bend
+    return value, gradient

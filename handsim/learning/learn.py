@@ -1,22 +1,17 @@
 """From recordings to a controller, in one call."""
 
-from collections.abc import Callable
-from typing import Any, Literal, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from handsim.errors import InputError, UnknownNameError
+from handsim.errors import InputError
 from handsim.learning.controller import GraspController, demonstrations_of
-from handsim.learning.direction_fit import DirectionLearner
 from handsim.learning.navigation import check_exponent
+from handsim.learning.options import Method, learner_with, options_of
 from handsim.learning.pde_fit import PDELearner
 from handsim.learning.subspace import PostureSubspace
 from handsim.motion.recording import RecordingSet
-
-Method = Literal["direction", "pde"]
-
-METHODS: tuple[Method, ...] = ("direction", "pde")
-DEFAULT_K = {"direction": 4.0, "pde": 2.0}
 
 
 class Learned(NamedTuple):
@@ -27,8 +22,8 @@ class Learned(NamedTuple):
     controller
     summary
         ``method, n_recordings, n_components, variance_explained, n_coefficients, iterations,
-        seconds, cost_start, cost_end``; for ``pde`` also ``positive`` and ``closed``, whether
-        Eqs. (4) and (5) of the paper hold.
+        seconds, cost_start, cost_end, certified, options``; for ``pde`` also ``positive`` and
+        ``closed``, whether Eqs. (4) and (5) of the paper hold.
     """
 
     controller: GraspController
@@ -43,6 +38,8 @@ def learn_controller(
     certified: bool = False,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    *,
+    options: Mapping[str, Any] | None = None,
 ) -> Learned:
     """Learn subspace and navigation function from recordings.
 
@@ -61,31 +58,36 @@ def learn_controller(
         Of the random samples; same seed, same bits.
     progress
         Called with the fraction done.
+    options
+        Further options of the learner (`DirectionLearner`, `PDELearner`), by name. They stand
+        above ``k``, ``certified`` and ``seed``.
 
     Raises
     ------
     InputError
         If the recordings vary too little, or a parameter is out of its range.
+    UnknownNameError
+        If there is no such method.
     """
-    if method not in METHODS:
-        raise UnknownNameError("method", method, METHODS)
-    if certified and method != "direction":
-        raise InputError(f"method {method} cannot be certified; choose direction")
+    asked: dict[str, Any] = {"seed": seed}
+    if certified:
+        if method != "direction":
+            raise InputError(f"method {method} cannot be certified; choose direction")
+        asked["certified"] = True
     if k is not None:
-        check_exponent(k)
+        asked["k"] = k
+    learner = learner_with(method, asked | dict(options or {}))
+    check_exponent(learner.k)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
-    exponent = DEFAULT_K[method] if k is None else k
     paths = [subspace.transform(r.q) for r in recordings]
-    if method == "pde":
-        learner = PDELearner(k=exponent, seed=seed).fit(paths, progress=progress)
-    else:
-        learner = DirectionLearner(k=exponent, certified=certified, seed=seed).fit(paths, progress)
+    learner.fit(paths, progress=progress)
     controller = GraspController(
         subspace=subspace,
         navigation=learner.navigation_,
         demonstrations=demonstrations_of(recordings, subspace),
         method=method,
-        certified=certified,
+        certified=bool(getattr(learner, "certified", False)),
+        options=options_of(learner),
     )
     summary = {
         "method": method,
@@ -97,6 +99,8 @@ def learn_controller(
         "seconds": learner.seconds_,
         "cost_start": learner.cost_start_,
         "cost_end": learner.cost_end_,
+        "certified": controller.certified,
+        "options": dict(controller.options),
     }
     if isinstance(learner, PDELearner):
         summary |= {"positive": learner.positive_, "closed": learner.closed_}
@@ -105,10 +109,5 @@ def learn_controller(
 
 def learn_like(learned: GraspController, recordings: RecordingSet) -> GraspController:
     """Learn from other recordings in the way in which ``learned`` was learned."""
-    return learn_controller(
-        recordings,
-        n_components=learned.navigation.n_dimensions,
-        method=learned.method,  # pyright: ignore[reportArgumentType]
-        k=learned.navigation.k,
-        certified=learned.certified,
-    ).controller
+    n, method = learned.navigation.n_dimensions, learned.method
+    return learn_controller(recordings, n, method, options=learned.options).controller

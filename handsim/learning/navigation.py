@@ -23,6 +23,7 @@ import numpy.typing as npt
 from handsim.errors import InputError
 from handsim.learning.attraction import DestinationMetric
 from handsim.learning.bspline import SplineEvaluator, TensorBSpline
+from handsim.learning.reproducible import dots, units
 
 Array = npt.NDArray[np.float64]
 LogEvaluator = Callable[[list[float]], list[float]]
@@ -254,8 +255,8 @@ class NavigationFunction:
     def attraction(self, z: Array, z_goal: Array) -> tuple[Array, Array]:
         """Return gamma_d (N,) and half its gradient (N, n), for goals (n,) or (N, n)."""
         away = z - z_goal
-        pull = np.einsum("...ij,...j->...i", self.metrics(z_goal), away)
-        return np.sum(pull * away, axis=1), pull
+        pull = dots(self.metrics(z_goal), away[..., None, :])
+        return dots(pull, away), pull
 
     def value_and_gradient(self, z: Array, z_goal: Array) -> tuple[float, Array]:
         """Return phi and grad phi (n,) [1/rad] at one point (n,)."""
@@ -275,9 +276,7 @@ class NavigationFunction:
         """Return unit vectors of the flow (N, n) at points (N, n), goals (n,) or (N, n)."""
         gamma, pull = self.attraction(z, z_goal)
         _, grad_ln, _ = self.obstacle.log_jets(z, self.k, 1)
-        flow = (gamma / self.k)[:, None] * grad_ln - 2.0 * pull
-        length = np.linalg.norm(flow, axis=1, keepdims=True)
-        return flow / np.where(length > 0.0, length, 1.0)
+        return units((gamma / self.k)[:, None] * grad_ln - 2.0 * pull)
 
     def jets(self, z: Array, z_goal: Array, order: int = 1) -> tuple[Array, Array, Array]:
         """Return phi (N,), grad phi (N, n) [1/rad] and its Hessians (N, n, n) [1/rad^2].

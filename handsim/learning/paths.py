@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from handsim.learning.reproducible import dots, mean, norms
+
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
@@ -20,7 +22,7 @@ STEP = np.deg2rad(1.0)
 
 def arc_length(path: Array) -> Array:
     """Return the arc length (n,) from the first point of a path (n, d)."""
-    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    steps = norms(np.diff(path, axis=0))[:, 0]
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
@@ -28,7 +30,13 @@ def at_arc_length(path: Array, fractions: Array) -> Array:
     """Return the points (m, d) at fractions (m,) of the length of a path (n, d)."""
     length = arc_length(path)
     wanted = fractions * length[-1]
-    return np.column_stack([np.interp(wanted, length, column) for column in path.T])
+    last = len(path) - 1
+    before = np.clip(np.searchsorted(length, wanted, side="right") - 1, 0, max(last - 1, 0))
+    after = np.minimum(before + 1, last)
+    step = length[after] - length[before]
+    share = ((wanted - length[before]) / np.where(step > 0.0, step, 1.0))[:, None]
+    between = path[before] + share * (path[after] - path[before])
+    return np.where(share >= 1.0, path[after], between)  # the end is the end, to the bit
 
 
 def path_error(path: Array, reference: Array) -> float:
@@ -39,7 +47,7 @@ def path_error(path: Array, reference: Array) -> float:
     """
     fractions = np.linspace(0.0, 1.0, N_COMPARED)
     apart = at_arc_length(path, fractions) - at_arc_length(reference, fractions)
-    return float(np.sqrt(np.mean(np.sum(apart**2, axis=1))))
+    return float(np.sqrt(mean(dots(apart, apart))))
 
 
 def between_ends(path: Array, start: Array, goal: Array) -> Array:
@@ -96,7 +104,7 @@ def follow(
     """
     points = np.array(starts, dtype=float)
     goals = np.broadcast_to(goals, points.shape)
-    distance = np.linalg.norm(points - goals, axis=1)
+    distance = norms(points - goals)[:, 0]
     n_steps = int(longest * max(float(distance.max()), np.pi / 2) / step)
     history = np.empty((n_steps + 1, *points.shape))
     history[0] = points
@@ -117,7 +125,7 @@ def follow(
         first = directions(here, there)
         second = directions(here + length * first, there)
         points[active] = here + 0.5 * length * (first + second)
-        distance[active] = np.linalg.norm(points[active] - there, axis=1)
+        distance[active] = norms(points[active] - there)[:, 0]
         history[i + 1] = points
     return [
         _flow_path(history[: (end if end >= 0 else n_steps) + 1, j], goals[j], str(reasons[j]))
@@ -129,12 +137,12 @@ def _stuck(history: Array, i: int, active: Index, step: float, window: int = 50)
     """Whether a path moved less than a tenth of its steps over the last ``window`` steps."""
     if i < window:
         return np.zeros(len(active), dtype=bool)
-    moved = np.linalg.norm(history[i, active] - history[i - window, active], axis=1)
+    moved = norms(history[i, active] - history[i - window, active])[:, 0]
     return moved < 0.1 * window * step
 
 
 def _flow_path(points: Array, goal: Array, reason: str) -> FlowPath:
-    arrived = bool(np.linalg.norm(points[-1] - goal) <= ARRIVAL)
+    arrived = bool(norms(points[-1] - goal)[0] <= ARRIVAL)
     if arrived:
         points = np.vstack([points, goal])
     return FlowPath(points, arrived, "arrived" if arrived else reason)

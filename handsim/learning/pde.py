@@ -13,7 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.learning.bspline import TensorBasis
+from handsim.learning.designs import JetDesign
 from handsim.learning.paths import arc_length, at_arc_length
+from handsim.learning.reproducible import dots, norms, powers, total, units
+from handsim.learning.samples import random_normals
 
 Array = npt.NDArray[np.float64]
 
@@ -61,46 +64,42 @@ class Functional:
         floor: float,
     ) -> None:
         self.basis, self.k, self.weights, self.floor = basis, k, weights, floor
-        points, n = experiments.points, experiments.points.shape[1]
-        away = points - experiments.goals
-        gamma = np.sum(away**2, axis=1)
-        self._gamma_k = gamma**k
+        away = experiments.points - experiments.goals
+        gamma = dots(away, away)
+        self._gamma_k = powers(gamma, k)
         self._drive = k * experiments.velocities / gamma[:, None]  # k u / gamma_d
         self._pull = 2.0 * k * away / gamma[:, None]  # k grad gamma_d / gamma_d
-        self._value = basis.design(points, (0,) * n)
-        self._slopes = basis.gradient_designs(points)
-        self._at_goals = basis.design(destinations, (0,) * n)
-        self._at_boundary = basis.design(boundary_points(basis), (0,) * n)
+        self._at_points = JetDesign(basis, experiments.points)
+        self._at_goals = JetDesign(basis, destinations)
+        self._at_boundary = JetDesign(basis, boundary_points(basis))
 
     def __call__(self, c: Array) -> tuple[float, Array]:
         """Return J and its gradient."""
         w_pde, w_sp, w_dp, w_bn = self.weights
         beta, residual, by_beta = self._residual(c)
         weighted = (2.0 * w_pde / self._gamma_k)[:, None] * residual
-        value = 0.5 * float(np.sum(weighted * residual))
-        slope_beta = np.sum(weighted * by_beta, axis=1)
+        value = 0.5 * float(total(dots(weighted, residual)))
+        slope_beta = dots(weighted, by_beta)
         low, low_slope = switch(beta - self.floor)
-        value += w_sp * float(low.sum())
-        gradient = self._value.T @ (slope_beta + w_sp * low_slope)
-        for i, design in enumerate(self._slopes):
-            gradient += design.T @ weighted[:, i]
-        low, low_slope = switch(self._at_goals @ c - self.floor)
-        value += w_dp * float(low.sum())
-        gradient += self._at_goals.T @ (w_dp * low_slope)
+        value += w_sp * float(total(low))
+        gradient = self._at_points.pulled_back(slope_beta + w_sp * low_slope, weighted.T)
+        low, low_slope = switch(self._at_goals(c)[0] - self.floor)
+        value += w_dp * float(total(low))
+        gradient += self._at_goals.pulled_back(w_dp * low_slope)
         if w_bn > 0.0:
-            high, high_slope = switch(-(self._at_boundary @ c))
-            value += w_bn * float(high.sum())
-            gradient -= self._at_boundary.T @ (w_bn * high_slope)
+            high, high_slope = switch(-self._at_boundary(c)[0])
+            value += w_bn * float(total(high))
+            gradient -= self._at_boundary.pulled_back(w_bn * high_slope)
         return value / len(beta), gradient / len(beta)
 
     def parts(self, c: Array) -> dict[str, float]:
         """Return the four sums of J, without weights."""
         beta, residual, _ = self._residual(c)
         return {
-            "J_PDE": float(np.sum(np.sum(residual**2, axis=1) / self._gamma_k)),
-            "J_sp": float(switch(beta - self.floor)[0].sum()),
-            "J_dp": float(switch(self._at_goals @ c - self.floor)[0].sum()),
-            "J_bn": float(switch(-(self._at_boundary @ c))[0].sum()),
+            "J_PDE": float(total(dots(residual, residual) / self._gamma_k)),
+            "J_sp": float(total(switch(beta - self.floor)[0])),
+            "J_dp": float(total(switch(self._at_goals(c)[0] - self.floor)[0])),
+            "J_bn": float(total(switch(-self._at_boundary(c)[0])[0])),
         }
 
     def _residual(self, c: Array) -> tuple[Array, Array, Array]:
@@ -108,10 +107,10 @@ class Functional:
 
         Below beta = -gamma_d^k the root is not real; its argument is taken as 0 there.
         """
-        beta = self._value @ c
-        grad = np.column_stack([design @ c for design in self._slopes])
+        beta, slopes = self._at_points(c)
+        grad = slopes.T
         argument = np.maximum(self._gamma_k + beta, 0.0)
-        power = argument ** (1.0 / self.k)
+        power = powers(argument, 1.0 / self.k)
         residual = grad - self._drive * (argument * power)[:, None] - self._pull * beta[:, None]
         by_beta = -self._drive * ((1.0 + 1.0 / self.k) * power)[:, None] - self._pull
         return beta, residual, by_beta
@@ -120,7 +119,7 @@ class Functional:
 def switch(x: Array) -> tuple[Array, Array]:
     """Return s(x) = |x|^3 for x <= 0 and 0 above, and its derivative (the paper prints x^3)."""
     below = np.minimum(x, 0.0)
-    return -(below**3), -3.0 * below**2
+    return -(below * below * below), -3.0 * below * below
 
 
 def forward_differences(time: Array, path: Array) -> tuple[Array, Array, Array]:
@@ -152,7 +151,7 @@ def remaining_speeds(paths: list[Array], phi_max: float, cut: float) -> Experime
     for path in paths:
         points = at_arc_length(path, fractions)
         left = arc_length(path)[-1] * (1.0 - fractions)[:, None]
-        velocities = rate * left * _unit(np.gradient(points, axis=0))
+        velocities = rate * left * units(np.gradient(points, axis=0))
         goals = np.broadcast_to(path[-1], points.shape)
         parts.append(Experiments(points[use], velocities[use], goals[use]))
     return _together(parts)
@@ -168,9 +167,9 @@ def measured_speeds(
     parts, integrals = [], []
     for path, time in zip(paths, times, strict=True):
         points, velocities, goal = forward_differences(time, path)
-        speed = np.linalg.norm(velocities, axis=1)
+        speed = norms(velocities)[:, 0]
         length = arc_length(path)
-        integrals.append(float(np.sum(speed * np.diff(length))))
+        integrals.append(float(total(speed * np.diff(length))))
         use = (speed > _REST * speed.max()) & (length[:-1] <= (1.0 - cut) * length[-1])
         goals = np.broadcast_to(goal, points.shape)
         parts.append(Experiments(points[use], velocities[use], goals[use]))
@@ -182,16 +181,15 @@ def measured_speeds(
 def beside(experiments: Experiments, rng: np.random.Generator) -> Experiments:
     """Points up to 10 deg beside the path, whose velocities lead back to it."""
     parts = []
-    speed = np.linalg.norm(experiments.velocities, axis=1, keepdims=True)
-    tangent = _unit(experiments.velocities)
-    left = np.linalg.norm(experiments.points - experiments.goals, axis=1, keepdims=True)
+    speed = norms(experiments.velocities)
+    tangent = units(experiments.velocities)
+    left = norms(experiments.points - experiments.goals)
     if experiments.points.shape[1] == 1:  # on a line there is no side
         return experiments
     for _ in range(4):
-        normal = rng.normal(size=tangent.shape)
-        normal = _unit(normal - np.sum(normal * tangent, axis=1, keepdims=True) * tangent)
-        aside = normal * np.minimum(0.1, 0.3 * left) * rng.uniform(0.0, 1.0, (len(left), 1))
-        velocities = speed * _unit(tangent - 6.0 * aside)
+        beyond = np.minimum(0.1, 0.3 * left) * rng.random((len(left), 1))
+        aside = random_normals(tangent, rng) * beyond
+        velocities = speed * units(tangent - 6.0 * aside)
         parts.append(Experiments(experiments.points + aside, velocities, experiments.goals))
     return _together(parts)
 
@@ -222,8 +220,3 @@ def _together(parts: list[Experiments]) -> Experiments:
         np.vstack([part.velocities for part in parts]),
         np.vstack([part.goals for part in parts]),
     )
-
-
-def _unit(vectors: Array) -> Array:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0.0, length, 1.0)

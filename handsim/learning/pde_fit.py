@@ -36,11 +36,11 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize
 
 from handsim.errors import InputError
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.direction_fit import History, second_differences
+from handsim.learning.lbfgs import Iteration, minimise
 from handsim.learning.navigation import NavigationFunction, SplineObstacle
 from handsim.learning.pde import (
     Experiments,
@@ -51,6 +51,7 @@ from handsim.learning.pde import (
     remaining_speeds,
     vanishing_on_boundary,
 )
+from handsim.learning.reproducible import dot, norms
 from handsim.learning.workspace import KnotRule, lay_basis
 
 Array = npt.NDArray[np.float64]
@@ -198,17 +199,17 @@ class PDELearner:
         goals = np.array([path[-1] for path in scaled])
         functional = Functional(basis, asked, goals, self.k, self.weights, self.beta_floor)
         inner = vanishing_on_boundary(basis)
-        penalty = self.smoothness * second_differences(basis.shape)
 
         def cost(x: Array) -> tuple[float, Array]:
             c = np.zeros(basis.n_coefficients)
             c[inner] = x
             value, gradient = functional(c)
-            smooth = penalty @ c
-            return value + float(c @ smooth), (gradient + 2.0 * smooth)[inner]
+            bend, bend_slope = second_differences(c.reshape(basis.shape))
+            slope = gradient + self.smoothness * bend_slope.ravel()
+            return value + self.smoothness * bend, slope[inner]
 
         trace = _Trace(cost, progress, self.n_iterations)
-        x = np.zeros(int(inner.sum()))
+        x = np.zeros(np.count_nonzero(inner))
         self.cost_start_ = cost(x)[0]
         solve = descend if self.solver == "gradient" else _lbfgs
         x = solve(trace, x, self.n_iterations, self.step)
@@ -270,12 +271,7 @@ def descend(
 
 
 def _lbfgs(cost: "_Trace", x: Array, n_iterations: int, step: float) -> Array:
-    options = {"maxiter": n_iterations, "maxfun": 2 * n_iterations, "maxcor": 20}
-    options |= {"ftol": 1e-12, "gtol": 1e-10}
-    found = optimize.minimize(
-        cost, x, jac=True, method="L-BFGS-B", callback=cost.accepted, options=options
-    )
-    return found.x
+    return minimise(cost, x, n_iterations, 1e-12, 1e-10, cost.accepted).x
 
 
 class _Trace:
@@ -288,18 +284,19 @@ class _Trace:
         n_iterations: int,
     ) -> None:
         self._cost, self._progress, self._n = cost, progress, n_iterations
-        self._latest = (0.0, 0.0)
-        self.log: list[tuple[float, float, float]] = []
+        self._cost_here, self._norm_here = 0.0, 0.0
+        self.log: list[Iteration] = []
         self.points: list[Array] = []
 
     def __call__(self, x: Array) -> tuple[float, Array]:
         value, gradient = self._cost(x)
-        self._latest = (value, float(np.linalg.norm(gradient)))
+        self._cost_here, self._norm_here = value, dot(gradient, gradient) ** 0.5
         return value, gradient
 
     def accepted(self, x: Array) -> None:
         previous = self.points[-1] if self.points else np.zeros_like(x)
-        self.log.append((*self._latest, float(np.linalg.norm(x - previous))))
+        change = float(norms(x - previous)[0])
+        self.log.append(Iteration(self._cost_here, self._norm_here, change))
         self.points.append(x.copy())
         if self._progress:
             self._progress(len(self.points) / self._n)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.learning.paths import FlowPath, at_arc_length
+from handsim.learning.reproducible import dots, norms, units
 
 Array = npt.NDArray[np.float64]
 
@@ -54,7 +55,7 @@ def recorded_samples(paths: list[Array], rng: np.random.Generator) -> Samples:
     for i, path in enumerate(paths):
         use = _sampled(i, paths)
         even = at_arc_length(path, fractions)
-        tangent = _unit(np.gradient(even, axis=0))[use]
+        tangent = units(np.gradient(even, axis=0))[use]
         even = even[use]
         goal = np.broadcast_to(path[-1], even.shape)
         points.append(even)
@@ -63,11 +64,9 @@ def recorded_samples(paths: list[Array], rng: np.random.Generator) -> Samples:
         if path.shape[1] == 1:  # on a line there is no side to be displaced to
             continue
         for _ in range(_N_PER_SAMPLE):
-            normal = rng.normal(size=even.shape)
-            normal = _unit(normal - np.sum(normal * tangent, axis=1, keepdims=True) * tangent)
-            aside = normal * rng.uniform(0.0, _CORRIDOR, (len(even), 1))
+            aside = random_normals(tangent, rng) * _CORRIDOR * rng.random((len(even), 1))
             points.append(even + aside)
-            wanted.append(_unit(tangent - _RETURN * aside))
+            wanted.append(units(tangent - _RETURN * aside))
             goals.append(goal)
     return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
 
@@ -81,11 +80,18 @@ def rolled_out_samples(rollouts: list[FlowPath], paths: list[Array]) -> Samples:
         here = at_arc_length(rollout.points, fractions)
         ahead = at_arc_length(path, np.minimum(fractions + _AHEAD, 1.0)) - here
         # Nearer than this the direction ahead is noise.
-        use = np.linalg.norm(ahead, axis=1) > np.deg2rad(3.0)
+        use = norms(ahead)[:, 0] > np.deg2rad(3.0)
         points.append(here[use])
-        wanted.append(_unit(ahead[use]))
+        wanted.append(units(ahead[use]))
         goals.append(np.broadcast_to(path[-1], here[use].shape))
     return Samples(np.vstack(points), np.vstack(wanted), np.vstack(goals))
+
+
+def random_normals(tangents: Array, rng: np.random.Generator) -> Array:
+    """Return unit vectors (N, n), each normal to a unit vector (N, n) and random otherwise."""
+    # Rounded: in the tails of the distribution the last bit is the processor's.
+    normal = np.round(rng.normal(size=tangents.shape), 12)
+    return units(normal - dots(normal, tangents)[:, None] * tangents)
 
 
 def _sampled(i: int, paths: list[Array]) -> npt.NDArray[np.int64]:
@@ -99,8 +105,3 @@ def _sampled(i: int, paths: list[Array]) -> npt.NDArray[np.int64]:
     every = ceil(len(paths) * _N_PER_PATH / most)
     usable = np.flatnonzero(np.linspace(0.0, 1.0, _N_PER_PATH) <= _LAST_FRACTION)
     return usable[(usable + i) % every == 0]
-
-
-def _unit(vectors: Array) -> Array:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0.0, length, 1.0)

@@ -10,8 +10,9 @@ from handsim.files import read_archive, write_archive
 from handsim.joints import LOWER, UPPER
 from handsim.learning.bspline import TensorBSpline
 from handsim.learning.controller import SCHEMA, GraspController
-from handsim.learning.learn import METHODS, Method, learn_controller
+from handsim.learning.learn import learn_controller
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
+from handsim.learning.options import METHODS, Method
 from handsim.learning.paths import path_error
 from handsim.learning.subspace import PostureSubspace
 from handsim.motion.recording import Recording, RecordingSet
