@@ -122,6 +122,14 @@ def test_a_pull_ends_where_the_object_is_lost():
     assert outcome.reason == "slipped"
 
 
+def test_one_joint_that_diverges_is_enough():
+    """A spring far too stiff for the time step throws the object off at 4 km/s along y."""
+    joints = slides('damping="100"', 'stiffness="1e7"', 'damping="100"')
+    outcome = six_axis(mechanism(joints, qpos=[[0.0, 0.0, 0.01, 0.0]]))
+    assert outcome.reason == "unstable"
+    assert outcome.shift_m == outcome.turn_deg == (np.inf,) * 6
+
+
 def test_the_turn_is_in_degrees_and_the_smaller_of_the_two_ways_round():
     """A pendulum with its mass at 45 deg: pulled at, it swings to the other side of the force.
 
@@ -145,18 +153,20 @@ def test_the_pulls_begin_with_the_first_sample_of_the_action(acting, row):
 
 
 def test_the_deepest_overlap_of_the_object_in_any_pull_counts():
-    """A ball pushed along +x into a soft wall of the hand sinks in; others' overlaps do not count.
+    """A ball pushed along +x into two soft walls of the hand, one behind the other, sinks in.
 
-    Two geoms of the hand that overlap by 3 cm each other, and the table, are not the object's.
+    Two parts of the hand that overlap by 3 cm each other, and the table, are not the object's.
     """
-    wall = """<body pos="0.03 0 -0.5"><geom type="box" size="0.01 0.05 0.05"
-        solref="-100 -2" solimp="0.5 0.5 0.001"/></body>
-        <body pos="0 0 0.4"><geom type="sphere" size="0.03"/></body>
-        <body pos="0.03 0 0.4"><geom type="sphere" size="0.03"/></body>"""
-    ball = '<geom type="sphere" size="0.02" solref="-100 -2" solimp="0.5 0.5 0.001"/>'
+    soft = 'solref="-100 -2" solimp="0.5 0.5 0.001"'
+    stiff = '<joint type="slide" axis="1 0 0" stiffness="1e4" damping="20"/>'
+    walls = f"""<body pos="0.03 0 -0.5"><geom type="box" size="0.01 0.05 0.05" {soft}/></body>
+        <body pos="0.031 0 -0.5"><geom type="box" size="0.01 0.05 0.05" {soft}/></body>
+        <body pos="0 0 0.4">{stiff}<geom type="sphere" size="0.03" {soft}/></body>
+        <body pos="0.03 0 0.4">{stiff}<geom type="sphere" size="0.03" {soft}/></body>"""
+    ball = f'<geom type="sphere" size="0.02" {soft}/>'
     held = (f'stiffness="{k}" damping="1"' for k in (100, 400, 400))
-    outcome = six_axis(mechanism(slides(*held) + ball, wall))
-    assert 0.01 < outcome.shift_m[3] < 0.02  # away from the wall: swings beyond F / k
+    outcome = six_axis(mechanism(slides(*held) + ball, walls))
+    assert 0.01 < outcome.shift_m[3] < 0.02  # away from the walls: swings beyond F / k
     assert 0.002 < outcome.shift_m[0] < 0.0095
     assert outcome.penetration_m == pytest.approx(outcome.shift_m[0], rel=0.01)
 
