@@ -83,16 +83,19 @@ def test_a_path_is_given_up_after_eight_times_its_distance_or_a_right_angle(
     assert arc_length(short.points)[-1] == pytest.approx(expected / 4, rel=0.01)
 
 
+def test_all_paths_are_given_the_length_of_the_farthest() -> None:
+    starts, goals = np.array([[1.0, 0.0]] * 2), np.array([[0.0, 0.0], [0.0, 3.0]])
+    for path in follow(orbit, starts, goals):
+        assert arc_length(path.points)[-1] == pytest.approx(8 * np.hypot(1, 3), rel=0.01)
+
+
 def test_steps_are_of_a_degree_and_shorter_near_the_destination() -> None:
-    goal = np.array([0.5, 0.0])
+    """From 20.2 steps away 19 whole ones, then half of the 1.2 that are left, and it is near."""
+    goal = np.array([20.2 * STEP, 0.0])
     path = follow(towards(goal), np.array([[0.0, 0.0]]), goal)[0]
-    steps = np.diff(arc_length(path.points))
-    np.testing.assert_allclose(steps[:-3], STEP, rtol=1e-9)
+    steps = np.diff(arc_length(path.points)) / STEP
+    np.testing.assert_allclose(steps, [*[1.0] * 19, 0.6, 0.6], rtol=1e-9)
     assert path.reason == "arrived"
-    # Within two steps of it half of what is left is gone, until less than a step is left.
-    left = np.linalg.norm(path.points[-2] - goal)
-    assert 0.4 * STEP < left < STEP
-    assert len(path.points) == pytest.approx(0.5 / STEP + 2, abs=1.5)
 
 
 def test_a_slow_path_is_not_stuck_and_a_trapped_one_is_after_fifty_steps() -> None:
