@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+from run import copies, report
 from suites import HERE, Mutant, Suite, suites
 
 AT_LEAST = 120
@@ -51,6 +52,41 @@ def test_what_the_runner_cannot_do_it_says() -> None:
             [sys.executable, HERE / "run.py", *bad], capture_output=True, text=True, check=False
         )
         assert ran.returncode == 2 and told in ran.stderr
+
+
+def test_what_the_report_lets_pass(capsys: pytest.CaptureFixture[str]) -> None:
+    """95 % of those that a test can tell; none called equivalent though a test tells it."""
+    mutants = [Mutant(f"number {i}", "a", "b") for i in range(20)]
+    suite = Suite("made-up", "made/up.py", (), (*mutants, Mutant("same", "a", "b", "it is so")))
+    killed = {mutant.name: "killed" for mutant in mutants} | {"same": "survived"}
+    late = {"number 3": "killed by time"}
+    for others, well in (
+        ({}, True),
+        (late | {"number 5": "survived"}, True),
+        ({"number 5": "survived", "number 6": "survived"}, False),
+        ({"same": "killed"}, False),
+    ):
+        assert report([(suite, killed | others)]) is well
+        told = capsys.readouterr().out
+        assert "equivalent: same (it is so)" in told
+        assert ("survived: number 5" in told) is ("number 5" in others)
+    assert report([(suite, killed)] * 2)
+    assert "40 of 40 killed: 100.0 %" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_runs_are_of_the_copy_and_end_in_time() -> None:
+    by_name = {suite.name: suite for suite in suites()}
+    suite = by_name["conditions"].sample()
+    with copies(1) as free:
+        copy = free.get()
+        source = (copy.folder / suite.module).read_text(encoding="utf-8")
+        assert copy.run(suite, suite.mutants[0], 300) == "killed"
+        assert copy.run(suite, None, 300) == "survived"
+        assert copy.run(suite, None, 0.2) == "killed by time"
+        assert (copy.folder / suite.module).read_text(encoding="utf-8") == source
+        folder = copy.folder
+    assert not folder.exists()
 
 
 @pytest.mark.slow
