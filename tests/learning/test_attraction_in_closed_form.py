@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handsim.learning.attraction import DestinationMetric, exponential, gaussian_kernel
+from handsim.learning.attraction import DestinationMetric, gaussian_kernel
 
 
 @pytest.mark.parametrize("reach", [0.5, 2.0])
@@ -30,18 +30,22 @@ def test_a_diagonal_metric_in_closed_form() -> None:
     np.testing.assert_allclose(both[1], np.diag(np.exp(other)), atol=1e-12)
 
 
-def test_the_exponential_of_a_turned_matrix() -> None:
+def metric_of(log: np.ndarray) -> np.ndarray:
+    """Return the metric of a destination whose logarithm is given."""
+    logs = np.array([log, np.zeros_like(log)])
+    return DestinationMetric(np.zeros((1, len(log))), logs, 1.0).at(np.ones(len(log)))
+
+
+@pytest.mark.parametrize("t", [0.0, 0.7, -1.3, 4.0])
+def test_the_metric_is_the_exponential_of_its_logarithm(t: float) -> None:
     """Of [[0, t], [t, 0]] it is [[cosh t, sinh t], [sinh t, cosh t]]."""
-    t = np.array([0.0, 0.7, -1.3])
-    matrices = t[:, None, None] * np.array([[0.0, 1.0], [1.0, 0.0]])
-    found = exponential(*np.linalg.eigh(matrices))
-    expected = np.array([[np.cosh(t), np.sinh(t)], [np.sinh(t), np.cosh(t)]])
-    np.testing.assert_allclose(found, np.moveaxis(expected, -1, 0), atol=1e-12)
+    expected = [[np.cosh(t), np.sinh(t)], [np.sinh(t), np.cosh(t)]]
+    np.testing.assert_allclose(metric_of(t * np.array([[0.0, 1.0], [1.0, 0.0]])), expected)
     # And of one with other axes, where rows and columns of the eigenvectors differ.
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
-    matrix = turn @ np.diag([0.1, -0.4, 0.9]) @ turn.T
-    found = exponential(*np.linalg.eigh(matrix[None]))[0]
-    np.testing.assert_allclose(found, turn @ np.diag(np.exp([0.1, -0.4, 0.9])) @ turn.T, atol=1e-12)
+    along = t * np.array([0.1, -0.4, 0.9])
+    found = metric_of(turn @ np.diag(along) @ turn.T)
+    np.testing.assert_allclose(found, turn @ np.diag(np.exp(along)) @ turn.T, atol=1e-12)
 
 
 def test_what_is_kept_is_of_the_same_destinations_in_the_same_shape() -> None:

@@ -163,9 +163,14 @@ def test_beta_that_touches_zero_is_not_certified() -> None:
     assert not proof.certified and "not positive" in proof.reason
 
 
+def flat_then_steep() -> TensorBSpline:
+    """Away from a goal on its left, beta grows faster than gamma_d^2."""
+    beta = TensorBSpline(basis(1), fitted(lambda z: 0.002 + 10 * np.maximum(z[:, 0], 0) ** 3, 1))
+    return TensorBSpline(basis(1), beta.coefficients + 0.05 - beta.coefficients.min())
+
+
 def test_the_exponent_needed_is_above_the_whole_bracket() -> None:
-    steep = TensorBSpline(basis(1), fitted(lambda z: 0.01 + (z[:, 0] + 1) ** 3, 1))
-    lifted = TensorBSpline(basis(1), steep.coefficients + 0.05 - steep.coefficients.min())
+    lifted = flat_then_steep()
     goal = np.array([[-0.9]])
     exact = certify(NavigationFunction(SplineObstacle(lifted), 9), goal, 1e-6)
     coarse = certify(NavigationFunction(SplineObstacle(lifted), 9), goal, 0.5)
@@ -176,6 +181,8 @@ def test_the_exponent_needed_is_above_the_whole_bracket() -> None:
     assert coarse.supremum.lower <= exact.supremum.lower + 1e-12
     assert exact.supremum.lower <= coarse.supremum.upper <= coarse.supremum.lower + 0.5 + 1e-12
     assert exact.supremum.upper == pytest.approx(exact.supremum.lower, abs=1.1e-6)
+    assert coarse.supremum.upper > coarse.supremum.lower + 0.01
+    assert coarse.supremum.lower > 2.0
 
 
 def test_violations_are_the_greatest_on_cells_halved_once() -> None:
@@ -281,9 +288,7 @@ def test_least_exponent_of_a_spline_in_closed_form() -> None:
 
 
 def test_exponents_below_the_least_are_refused() -> None:
-    # Flat, then rising as a cube: away from the goal, beta grows faster than gamma_d^2.
-    beta = TensorBSpline(basis(1), fitted(lambda z: 0.002 + 10 * np.maximum(z[:, 0], 0) ** 3, 1))
-    lifted = TensorBSpline(basis(1), beta.coefficients + 0.05 - beta.coefficients.min())
+    lifted = flat_then_steep()
     goal = np.array([[-0.9]])
     k_min = certify(NavigationFunction(SplineObstacle(lifted), 2), goal).k_min
     assert k_min is not None and k_min > 2.1
