@@ -2,12 +2,13 @@
 #   make setup      virtual environment with the pinned packages
 #   make demo       learn, grasp the tall glass, write video, contact sheet and result to out/demo
 #   make test       the tests, slow ones sampled
+#   make mutants    whether the tests notice small faults in what decides verdicts
 PYTHON ?= python3
 BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
 
-.PHONY: setup demo test test-all check notebooks bench build clean lock models assets pictures rendering results
+.PHONY: setup demo test test-all mutants check notebooks bench build clean lock models assets pictures rendering results
 .DELETE_ON_ERROR:
 
 setup: .venv/.installed
@@ -39,6 +40,9 @@ test: setup
 
 test-all: setup
 	$(BIN)/python -m pytest --nbmake tests notebooks
+
+mutants: setup
+	$(BIN)/python tests/mutants/run.py
 
 check: setup
 	$(BIN)/ruff format --check .

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from handsim.learning import certificate
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.certificate import certify, descent_supremum, violations
 from handsim.learning.critical import critical_points
@@ -33,6 +34,170 @@ def fitted(function: object, n: int) -> np.ndarray:
     design = basis(n).design(z, (0,) * n)
     normal = (design.T @ design).toarray()
     return np.linalg.solve(normal, design.T @ function(z))  # type: ignore[operator]
+
+
+def greville(n: int) -> list[np.ndarray]:
+    """Where the coefficients of a linear function are its values, one array a dimension."""
+    return [np.array([k[i + 1 : i + 4].mean() for i in range(len(k) - 4)]) for k in basis(n).knots]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("tolerance", [0.01, 0.3, 3.0])
+def test_the_upper_bound_is_one_however_coarse(seed: int, tolerance: float) -> None:
+    chi, low, high = random_chi(2, seed), np.zeros(2), np.array([0.5, 0.2])
+    exact = descent_supremum(chi, low, high, 1e-10)
+    coarse = descent_supremum(chi, low, high, tolerance)
+    assert exact.upper - exact.lower <= 1e-10
+    assert coarse.lower <= exact.lower + 1e-12 and exact.upper <= coarse.upper + 1e-9
+    assert coarse.upper <= coarse.lower + tolerance + 1e-12
+
+
+def test_without_tolerance_cells_are_split_until_they_do_not_matter() -> None:
+    bound = descent_supremum(random_chi(1, 3), np.zeros(1), np.zeros(1), 0.0)
+    assert bound.lower <= bound.upper < bound.lower + 1e-11
+
+
+@pytest.mark.parametrize("budget", [1, 5, 10])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_spent_budget_leaves_a_true_bound(
+    seed: int, budget: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chi, goal = random_chi(2, seed), np.full(2, 0.3)
+    exact = descent_supremum(chi, goal, goal, 1e-10)
+    numbers = []
+    original = certificate._descent_coefficients
+
+    def counted(cells: certificate._Cells, *box: np.ndarray) -> np.ndarray:
+        numbers.append(len(cells.origin))
+        return original(cells, *box)
+
+    monkeypatch.setattr(certificate, "_descent_coefficients", counted)
+    monkeypatch.setattr(certificate, "_MAX_CELLS", budget)
+    bound = descent_supremum(chi, goal, goal, 1e-10)
+    assert bound.lower <= exact.lower + 1e-12
+    assert exact.lower + 1e-7 < bound.upper  # it is wide, and it holds
+    assert max(numbers) <= budget or numbers == [20]
+    # Nothing is proved that is only true where it was looked at.
+    scaled = TensorBSpline(basis(2), 4.0 / (bound.upper + exact.upper) * chi.coefficients)
+    proof = certify(exponential(scaled), goal[None], 1e-10)
+    assert not proof.certified and proof.k_min is None
+
+
+def test_a_spline_is_not_certified_once_its_budget_is_spent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wavy = TensorBSpline(basis(2), 2.0 + random_chi(2, 0, 0.3).coefficients)
+    navigation = NavigationFunction(SplineObstacle(wavy), 50.0)
+    goal = np.full((1, 2), 0.3)
+    assert certify(navigation, goal).certified
+    monkeypatch.setattr(certificate, "_MAX_CELLS", 1)
+    proof = certify(navigation, goal)
+    assert (proof.certified, proof.k_min, proof.supremum) == (False, None, None)
+    assert "budget" in proof.reason
+
+
+def test_the_upper_bound_decides() -> None:
+    """Of a bracket with 2 inside nothing follows, nor of one that ends at 2."""
+    chi, goals = random_chi(2, 2), np.array([[0.1, 0.2], [0.4, 0.0]])
+    wide = descent_supremum(chi, goals.min(0), goals.max(0), 2.0)
+    assert wide.upper > 1.05 * wide.lower > 0
+    for value, certified in (
+        (wide.upper * (1 - 1e-8), True),
+        (0.5 * (wide.lower + wide.upper), False),
+        (wide.lower * (1 + 1e-8), False),
+        (wide.upper, False),
+        (wide.upper * (1 + 1e-10), False),
+    ):
+        factor = 2.0 / value if not certified else 2.0 / wide.upper * (1 - 1e-8)
+        scaled = TensorBSpline(basis(2), factor * chi.coefficients)
+        proof = certify(exponential(scaled), goals, 2.0 * factor)
+        assert proof.certified is certified
+        assert proof.supremum is not None
+        told = proof.supremum.upper if certified else proof.supremum.lower
+        assert f"{told:.4f}" in proof.reason
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_the_closing_layer_lies_at_every_face(axis: int, side: str) -> None:
+    width = np.array([0.1, 0.2, 0.4])
+    flat = ExponentialObstacle(TensorBSpline(basis(), np.zeros(basis().shape)), width)
+    edge = flat.lower + width if side == "lower" else flat.upper - width
+    for outwards, certified in ((0.0, True), (1e-9, False)):
+        goals = np.array([[0.1, 0.2, 0.3], [0.1, 0.2, 0.3], [0.4, 0.1, 0.0]])
+        goals[1, axis] = edge[axis] + (-outwards if side == "lower" else outwards)
+        proof = certify(NavigationFunction(flat, 3.0), goals)
+        assert proof.certified is certified
+        assert ("closing layer" in proof.reason) is not certified
+
+
+def test_all_destinations_count_not_the_first_and_last() -> None:
+    chi = random_chi(2, 4, 0.05)
+    goals = np.array([[0.2, 0.3], [-0.5, 0.4], [1.2, 0.1], [0.1, -0.6], [0.3, 1.3], [0.25, 0.3]])
+    whole = descent_supremum(chi, np.array([-0.5, -0.6]), np.array([1.2, 1.3]), 1e-6)
+    found = certify(exponential(chi), goals, 1e-6).supremum
+    assert found is not None and found.upper == whole.upper
+    corners = [
+        descent_supremum(chi, goal, goal, 1e-6).upper
+        for goal in np.array([[x, y] for x in (-0.5, 1.2) for y in (-0.6, 1.3)])
+    ]
+    assert max(corners) == pytest.approx(whole.upper, abs=2e-6)
+
+
+def test_greatest_ratios_of_polynomials() -> None:
+    """Of Bernstein coefficients a over b: the greatest a over the least b, or the greatest."""
+    ratio = certificate._greatest_ratio
+    a, b = np.array([[3.0, 1.0], [-3.0, -4.0], [0.0, -1.0]]), np.array([[1.0, 2.0]] * 3)
+    np.testing.assert_array_equal(ratio(a, b), [3.0, -1.5, 0.0])
+    np.testing.assert_array_equal(ratio(a, b - 1.0), np.inf)  # least of b is 0
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(500, 4)), rng.uniform(0.01, 3.0, (500, 4))
+    u = np.linspace(0, 1, 50)[:, None]
+    bernstein = np.hstack([(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3])
+    assert ((a @ bernstein.T) / (b @ bernstein.T) <= ratio(a, b)[:, None] + 1e-12).all()
+
+
+def test_beta_that_touches_zero_is_not_certified() -> None:
+    touching = TensorBSpline(basis(1), greville(1)[0] + 1.0)  # z + 1, zero on the lower face
+    proof = certify(NavigationFunction(SplineObstacle(touching), 5.0), np.array([[0.5]]))
+    assert not proof.certified and "not positive" in proof.reason
+
+
+def flat_then_steep() -> TensorBSpline:
+    """Away from a goal on its left, beta grows faster than gamma_d^2."""
+    beta = TensorBSpline(basis(1), fitted(lambda z: 0.002 + 10 * np.maximum(z[:, 0], 0) ** 3, 1))
+    return TensorBSpline(basis(1), beta.coefficients + 0.05 - beta.coefficients.min())
+
+
+def test_the_exponent_needed_is_above_the_whole_bracket() -> None:
+    lifted = flat_then_steep()
+    goal = np.array([[-0.9]])
+    exact = certify(NavigationFunction(SplineObstacle(lifted), 9), goal, 1e-6)
+    coarse = certify(NavigationFunction(SplineObstacle(lifted), 9), goal, 0.5)
+    for proof in (exact, coarse):
+        assert proof.supremum is not None and proof.k_min is not None
+        assert proof.k_min == max(2.0, proof.supremum.upper + 1e-9)
+    assert exact.supremum is not None and coarse.supremum is not None
+    assert coarse.supremum.lower <= exact.supremum.lower + 1e-12
+    assert exact.supremum.lower <= coarse.supremum.upper <= coarse.supremum.lower + 0.5 + 1e-12
+    assert exact.supremum.upper == pytest.approx(exact.supremum.lower, abs=1.1e-6)
+    assert coarse.supremum.upper > coarse.supremum.lower + 0.01
+    assert coarse.supremum.lower > 2.0
+
+
+def test_violations_are_the_greatest_on_cells_halved_once() -> None:
+    # chi = c |z|^2 / 2, goal at the origin: c |z|^2 grows towards the corner (2, 2, 2).
+    chi = TensorBSpline(basis(), fitted(lambda z: 0.05 * np.sum(z**2, axis=1), 3))
+    points = violations(chi, np.zeros(3), np.zeros(3), 1.0)
+    np.testing.assert_allclose(points[0], [2, 2, 2])
+    value = 0.1 * np.sum(points**2, axis=1)
+    assert value.min() > 0.9
+    assert (np.diff(value) < 0.05).all()  # coefficients are near values
+    few = violations(chi, np.zeros(3), np.zeros(3), 1.0, most=5)
+    np.testing.assert_array_equal(few, points[:5])
+    # Coefficients lie at thirds of half a cell: 3/5, 3/4 and 3/6 wide.
+    steps = [np.diff(np.unique(points[:, i].round(9))).min() for i in range(3)]
+    np.testing.assert_allclose(steps, np.array([3 / 5, 3 / 4, 3 / 6]) / 6)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
@@ -123,9 +288,7 @@ def test_least_exponent_of_a_spline_in_closed_form() -> None:
 
 
 def test_exponents_below_the_least_are_refused() -> None:
-    # Flat, then rising as a cube: away from the goal, beta grows faster than gamma_d^2.
-    beta = TensorBSpline(basis(1), fitted(lambda z: 0.002 + 10 * np.maximum(z[:, 0], 0) ** 3, 1))
-    lifted = TensorBSpline(basis(1), beta.coefficients + 0.05 - beta.coefficients.min())
+    lifted = flat_then_steep()
     goal = np.array([[-0.9]])
     k_min = certify(NavigationFunction(SplineObstacle(lifted), 2), goal).k_min
     assert k_min is not None and k_min > 2.1

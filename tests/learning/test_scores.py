@@ -1,5 +1,8 @@
 """Scores in closed form, critical points and the inspection of what was learned."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -16,9 +19,199 @@ from handsim.learning.inspection import (
 from handsim.learning.learn import learn_controller
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.paths import path_error
-from handsim.learning.scores import evaluate, leave_one_out, repeatability
+from handsim.learning.scores import (
+    direction_error,
+    evaluate,
+    leave_one_out,
+    repeatability,
+    roll_out,
+    variance_explained,
+)
 from handsim.learning.subspace import PostureSubspace
-from handsim.motion.recording import RecordingSet
+from handsim.motion.recording import Recording, RecordingSet
+
+
+def straight(z: np.ndarray, goals: np.ndarray) -> np.ndarray:
+    away = goals - z
+    return away / np.linalg.norm(away, axis=1, keepdims=True)
+
+
+def controller(directions: Any = straight, mean: Any = 0.0) -> Any:
+    """Follow the given directions; the subspace is three joints about ``mean``."""
+    subspace = PostureSubspace(3)
+    subspace.components_, subspace.mean_ = np.eye(22)[:3], np.zeros(22) + mean
+    return SimpleNamespace(subspace=subspace, navigation=SimpleNamespace(directions=directions))
+
+
+S = np.linspace(0.0, 1.0, 2001)[:, None]
+
+
+def arc(height: float, length: float = 1.0, tilt: float = 0.0) -> np.ndarray:
+    """Half a sine, in three dimensions, from the origin along the first to ``length``."""
+    return np.hstack([length * S, height * np.sin(np.pi * S) + tilt * S, 0 * S])
+
+
+def recorded(z: np.ndarray, name: str, subject: str = "a", thing: str = "cup", task: str = "lift",
+             outside: float = 0.0) -> Recording:  # fmt: skip
+    """Return a recording with a path in the subspace, and a fourth joint ``outside`` it [rad]."""
+    q = np.hstack([z, np.full((len(z), 1), outside), np.zeros((len(z), 18))])
+    return Recording(name, np.arange(len(z)) / 100, q, 1, subject, thing, task, 0.19, 0.085)
+
+
+def rms(height: float) -> float:
+    """Path error of a flat half sine against its chord [deg]: height / sqrt(2), at 100 points."""
+    return float(np.rad2deg(height * np.sqrt(0.5 * 99 / 100)))
+
+
+def test_errors_of_arcs_against_straight_lines_in_closed_form() -> None:
+    few = RecordingSet((recorded(arc(0.02), "one"), recorded(arc(0.05), "two", thing="pen")))
+    found = evaluate(controller(), few)
+    for row, height in zip(found["per_recording"], (0.02, 0.05), strict=True):
+        assert row["path_error_deg"] == pytest.approx(rms(height), rel=0.01)
+        assert row["straight_error_deg"] == pytest.approx(rms(height), rel=0.01)
+        assert row["repeatability_deg"] is None and row["arrived"] is True
+    assert found["ratio"] == pytest.approx(1.0, abs=1e-6)
+    assert found["path_error_deg"] == pytest.approx((rms(0.02) + rms(0.05)) / 2, rel=0.01)
+    assert found["repeatability_deg"] is None
+    assert [(e["object"], e["n_recordings"]) for e in found["per_object"]] == [
+        ("cup", 1),
+        ("pen", 1),
+    ]
+    for entry, height in zip(found["per_object"], (0.02, 0.05), strict=True):
+        assert entry["path_error_deg"] == pytest.approx(rms(height), rel=0.01)
+
+
+def test_the_ratio_is_of_what_is_followed_to_the_straight_line() -> None:
+    """A flow towards the chord and on: on the arc's chord its error stays that of the chord.
+
+    One that goes round the other side has twice the error, as both arcs lie apart by twice theirs.
+    """
+
+    def other_side(z: np.ndarray, goals: np.ndarray) -> np.ndarray:
+        slope = -0.05 * np.pi * np.cos(np.pi * z[:, 0])
+        along = np.column_stack([np.ones(len(z)), slope, np.zeros(len(z))])
+        return along / np.linalg.norm(along, axis=1, keepdims=True)
+
+    found = evaluate(controller(other_side), RecordingSet((recorded(arc(0.05), "one"),)))
+    assert found["n_arrived"] == 1
+    assert found["ratio"] == pytest.approx(2.0, rel=0.01)
+    assert found["path_error_deg"] == pytest.approx(2 * found["straight_error_deg"], rel=0.01)
+
+
+def test_those_that_do_not_arrive_are_counted_and_scored_as_they_are() -> None:
+    def away(z: np.ndarray, goals: np.ndarray) -> np.ndarray:
+        return np.tile([-1.0, 0.0, 0.0], (len(z), 1))
+
+    few = RecordingSet((recorded(arc(0.0), "one"), recorded(arc(0.0, 0.5), "two")))
+    found = evaluate(controller(away), few)
+    assert found["n_recordings"] == 2 and found["n_arrived"] == 0
+    assert [row["arrived"] for row in found["per_recording"]] == [False, False]
+    assert found["path_error_deg"] > 100
+    assert found["ratio"] is None  # straight movements leave nothing to compare with
+
+
+def test_flows_are_followed_from_the_first_posture_to_the_last() -> None:
+    paths = [arc(0.1, 1.0, 0.2), 0.3 + arc(0.0, 0.4)]
+    for followed, path in zip(roll_out(controller(), paths), paths, strict=True):
+        np.testing.assert_array_equal(followed.points[[0, -1]], path[[0, -1]])
+
+
+def test_the_direction_error_of_a_turned_line() -> None:
+    """A flow turned by an angle from a straight movement is wrong by that angle, either way."""
+    path = arc(0.0)
+    for angle in (-0.4, 0.0, 0.3, 2.5):
+
+        def turned(z: np.ndarray, goals: np.ndarray, a: float = angle) -> np.ndarray:
+            np.testing.assert_array_equal(goals, path[-1])  # the movement's own destination
+            return np.tile([np.cos(a), np.sin(a), 0.0], (len(z), 1))
+
+        assert direction_error(controller(turned), path) == pytest.approx(abs(angle), abs=1e-6)
+
+    def half(z: np.ndarray, goals: np.ndarray) -> np.ndarray:
+        return np.where(z[:, :1] < 0.485, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+
+    # 0 over the first half of the 97 %, a right angle over the second.
+    assert direction_error(controller(half), path) == pytest.approx(np.pi / 4, rel=1e-6)
+
+
+def test_directions_are_not_compared_near_the_end() -> None:
+    """Over the last 3 % of its length a recording turns back: that is noise of its end."""
+    s = np.linspace(0.0, 1.0, 1001)
+    hooked = np.column_stack([np.minimum(s, 1.96 - s), 0 * s, 0 * s])
+    kept = np.column_stack([np.minimum(s, 1.9 - s), 0 * s, 0 * s])
+
+    def onwards(z: np.ndarray, goals: np.ndarray) -> np.ndarray:
+        return np.tile([1.0, 0.0, 0.0], (len(z), 1))
+
+    assert direction_error(controller(onwards), hooked[:-1]) == pytest.approx(0.0, abs=1e-7)
+    assert direction_error(controller(onwards), kept) > 0.05
+
+
+def test_variance_explained_is_about_the_mean_of_the_subspace() -> None:
+    """Postures (x, 0, 0, d) about a mean m: sum d^2 is missed of sum |q - m|^2."""
+    z = np.linspace([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], 50)
+    few = RecordingSet((recorded(z, "one", outside=0.2),))
+    total = np.sum((z[:, 0] - 0.3) ** 2) + 50 * 0.2**2
+    mean = np.array([0.3, *np.zeros(21)])
+    found = variance_explained(controller(mean=mean), few)
+    assert found == pytest.approx(1 - 50 * 0.2**2 / total)
+    assert evaluate(controller(mean=mean), few)["variance_explained"] == found
+
+
+def test_only_the_same_person_repeats_the_same_task_with_the_same_object() -> None:
+    """Half sines of different height, repeated: the error is that of the difference."""
+    rows = (
+        recorded(arc(0.02), "one"),
+        recorded(arc(0.05), "two"),
+        recorded(arc(0.09), "three"),
+        recorded(arc(0.30), "other person", subject="b"),
+        recorded(arc(0.40), "other object", thing="pen"),
+        recorded(arc(0.50), "other task", task="turn"),
+        recorded(arc(0.25), "again", subject="c"),
+        recorded(arc(0.25), "just so", subject="c"),
+    )
+    found = [
+        row["repeatability_deg"]
+        for row in evaluate(controller(), RecordingSet(rows))["per_recording"]
+    ]
+    expected = [
+        (rms(0.03) + rms(0.07)) / 2,
+        (rms(0.03) + rms(0.04)) / 2,
+        (rms(0.07) + rms(0.04)) / 2,
+    ]
+    np.testing.assert_allclose(found[:3], expected, rtol=0.02)
+    assert found[3:6] == [None, None, None]
+    np.testing.assert_allclose(found[6:], 0.0, atol=1e-3)
+
+
+def test_the_one_left_out_is_scored_and_not_learned_from() -> None:
+    rows = [recorded(arc(0.01 * (i + 1), 1.0 + i), f"{i}", outside=0.1 * i) for i in range(3)]
+    learned, fractions = [], []
+
+    def learn(others: RecordingSet) -> Any:
+        learned.append([recording.name for recording in others])
+        return controller(mean=0.01 * len(learned))
+
+    few = RecordingSet(tuple(rows))
+    found = leave_one_out(few, learn, fractions.append)
+    assert learned == [["1", "2"], ["0", "2"], ["0", "1"]]
+    np.testing.assert_allclose(fractions, [1 / 3, 2 / 3, 1.0])
+    assert [row["name"] for row in found["per_recording"]] == ["0", "1", "2"]
+    alone = [
+        variance_explained(controller(mean=0.01 * (i + 1)), RecordingSet((rows[i],)))
+        for i in range(3)
+    ]
+    assert found["variance_explained"] == pytest.approx(np.mean(alone))
+    # Straight flows from its own start to its own end: as good as its own chord.
+    for row in found["per_recording"]:
+        assert row["path_error_deg"] == pytest.approx(row["straight_error_deg"], rel=1e-6)
+        assert row["arrived"]
+    whole = evaluate(controller(), few)["per_recording"]
+    repeats = [row["repeatability_deg"] for row in found["per_recording"]]
+    np.testing.assert_allclose(repeats, [row["repeatability_deg"] for row in whole], rtol=1e-6)
+    assert leave_one_out(RecordingSet(tuple(rows[:2])), learn)["n_recordings"] == 2
+    with pytest.raises(InputError, match="at least 2"):
+        leave_one_out(RecordingSet(tuple(rows[:1])), learn)
 
 
 @pytest.fixture(scope="module")
