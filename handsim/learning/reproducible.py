@@ -18,8 +18,9 @@ Array = npt.NDArray[np.float64]
 _PER_LN2 = 1.4426950408889634
 _LN2_HIGH = 0.693147180369123816490  # its last 20 bits are 0: products with exponents are exact
 _LN2_LOW = 1.90821492927058770002e-10
-_EXP_TERMS = 14  # |r| <= ln(2) / 2: the next term is below 1e-17
-_LOG_TERMS = 11  # |s| <= 0.172: the next term is below 1e-17
+# |r| <= ln(2) / 2 and |s| <= 0.172: what comes next is below 1e-17.
+_EXP_COEFFICIENTS = [1.0 / factorial(power) for power in range(14)]
+_LOG_COEFFICIENTS = [1.0 / (2 * term + 1) for term in range(12)]
 _EXP_RANGE = (-745.0, 709.0)
 
 
@@ -68,7 +69,10 @@ def units(x: Array) -> Array:
 
 def product(a: Array, b: Array) -> Array:
     """Return matrix products (..., i, k) of (..., i, j) and (..., j, k), both small."""
-    return total(a[..., :, :, None] * b[..., None, :, :], -2)
+    result = a[..., :, :1] * b[..., :1, :]
+    for j in range(1, b.shape[-2]):
+        result = result + a[..., :, j : j + 1] * b[..., j : j + 1, :]
+    return result
 
 
 def exact_product(weights: Array, values: Array) -> Array:
@@ -93,13 +97,10 @@ def exp(x: Array) -> Array:
 
     x = n ln 2 + r with a Taylor polynomial in r.
     """
-    x = np.clip(x, *_EXP_RANGE)
+    x = np.minimum(np.maximum(x, _EXP_RANGE[0]), _EXP_RANGE[1])
     n = np.rint(x * _PER_LN2)
     r = (x - n * _LN2_HIGH) - n * _LN2_LOW
-    value = np.full_like(r, 1.0 / factorial(_EXP_TERMS - 1))
-    for power in range(_EXP_TERMS - 2, -1, -1):
-        value = value * r + 1.0 / factorial(power)
-    return np.ldexp(value, n.astype(np.int32))
+    return np.ldexp(_polynomial(_EXP_COEFFICIENTS, r), n.astype(np.int32))
 
 
 def log(x: Array) -> Array:
@@ -113,10 +114,17 @@ def log(x: Array) -> Array:
     n = n - small
     s = (m - 1.0) / (m + 1.0)
     square = s * s
-    value = np.full_like(s, 1.0 / (2 * _LOG_TERMS + 1))
-    for term in range(_LOG_TERMS - 1, -1, -1):
-        value = value * square + 1.0 / (2 * term + 1)
+    value = _polynomial(_LOG_COEFFICIENTS, square)
     return n * _LN2_HIGH + (n * _LN2_LOW + 2.0 * s * value)
+
+
+def _polynomial(coefficients: list[float], x: Array) -> Array:
+    """Return sum_i coefficients[i] x^i by Horner's rule."""
+    value = np.full_like(x, coefficients[-1])
+    for coefficient in coefficients[-2::-1]:
+        value *= x
+        value += coefficient
+    return value
 
 
 def powers(x: Array, exponent: float) -> Array:
