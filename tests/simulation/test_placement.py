@@ -140,12 +140,15 @@ class Bases:
         return BENT + z[0] * (BENT > 0)
 
 
+SCRIPT = np.zeros(8)
+
+
 @pytest.fixture
 def weigh(monkeypatch):
     """Weigh one point (z, shift, turn, squeeze) instead of searching for the lightest."""
 
     def weigh(
-        point=np.zeros(8), sink=0.0, lever=0.0, grasp=GRASP, plan=PLAN, z_start=None, **changed
+        point=SCRIPT, sink=0.0, lever=0.0, grasp=GRASP, plan=PLAN, z_start=None, **changed
     ) -> Placement:
         hand = Sliding(sink)
         targets = replace(pad_targets(hand, plan, grasp), **changed)

@@ -66,14 +66,16 @@ def test_a_search_shortens_the_hold_and_nothing_else():
     assert shortened(replace(task, rule=replace(task.rule, hold=0.5))).rule.hold == 0.5
 
 
-MOVE, SLIDE, CLICK = (task_by_name(name) for name in ("jar-move", "mouse-slide", "mouse-left-click"))
+MOVE, SLIDE, CLICK = (
+    task_by_name(name) for name in ("jar-move", "mouse-slide", "mouse-left-click")
+)
 LIMITS = (MOVE.rule.lift, MOVE.rule.hold, MOVE.rule.slip, MOVE.rule.tilt_deg)
 HELD = Outcome(True, None, 0.12, 0.005, 3.0, 3.1, 4, 0.0005, done=1.0)
 LOST = Outcome(False, "slipped", 0.0, 0.0, 0.0, 0.0, 0, 0.0, done=0.0)
 
 
 def cost(task: Task = MOVE, start: Outcome = LOST, touch=(), **values) -> float:
-    """Cost of a run of 3 s that squeezes from 1 s on; ``touch`` lists parts that touch after 2 s."""
+    """Cost of a run of 3 s that squeezes from 1 s on; from 2 s on parts ``touch`` with a force."""
     time = np.arange(0.0, 3.005, 0.01)
     force = np.zeros((len(time), 6))
     force[time > 2.0, : len(touch)] = touch
