@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -179,3 +180,36 @@ def test_many_forearms_give_way_to_the_wrist_as_one(hand):
         np.testing.assert_allclose(
             reached.rotation.as_matrix(), wanted.rotation.as_matrix(), atol=1e-9
         )
+
+
+def test_forearms_give_way_to_a_wrist_that_is_not_at_their_end():
+    """As in an arm whose palm is mounted askew and away from the forearm's origin."""
+    model = mujoco.MjModel.from_xml_string(
+        """
+        <mujoco>
+          <worldbody>
+            <body name="forearm">
+              <freejoint name="forearm"/>
+              <geom size="0.01"/>
+              <body name="palm" pos="0.05 0.02 -0.03" quat="0.8 0 0.6 0">
+                <joint name="wrist_flexion" axis="0 1 0"/>
+                <joint name="wrist_deviation" axis="0 0 1"/>
+                <geom size="0.01"/>
+              </body>
+            </body>
+          </worldbody>
+        </mujoco>
+        """
+    )
+    data, wrist, generator = mujoco.MjData(model), Wrist(model), np.random.default_rng(1)
+    pos, quat = generator.normal(size=(10, 3)), generator.normal(size=(10, 4))
+    quat /= np.linalg.norm(quat, axis=1, keepdims=True)
+    q = generator.uniform(LOWER, UPPER, (10, 22))
+    many = wrist.forearms(pos, quat, q)
+    for i in range(10):
+        for forearm in (wrist.forearm(pos[i], quat[i], q[i]), (many[0][i], many[1][i])):
+            data.qpos[:3], data.qpos[3:7] = forearm
+            data.qpos[7:] = [q[i, JOINT_INDEX[f"wrist_{way}"]] for way in ("flexion", "deviation")]
+            mujoco.mj_kinematics(model, data)
+            np.testing.assert_allclose(data.body("palm").xpos, pos[i], atol=1e-12)
+            assert abs(data.body("palm").xquat @ quat[i]) == pytest.approx(1.0)
