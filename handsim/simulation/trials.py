@@ -178,9 +178,12 @@ def _action(traces: GraspTraces, task: Task) -> tuple[float, Reason | None, str]
 
 
 def _turned(traces: GraspTraces, task: Task, start: int) -> float:
-    """Largest turn of the carried object about the axis of a turning step [deg]."""
-    turned = Rotation.from_quat(traces.object_quat, scalar_first=True)
-    rotation = (turned * turned[start].inv()).as_rotvec()
+    """Largest turn of the carried object about the axis of a turning step, since the action [deg].
+
+    What the reach knocked round before does not count, neither way.
+    """
+    turned = Rotation.from_quat(traces.object_quat[start:], scalar_first=True)
+    rotation = (turned * turned[0].inv()).as_rotvec()
     axes = [np.array(step.axis) for step in task.steps if step.angle_deg and not step.flex]
     return max((float(np.rad2deg((rotation @ axis).max())) for axis in axes), default=0.0)
 

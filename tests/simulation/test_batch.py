@@ -8,6 +8,7 @@ import pytest
 from handsim.files import data_folder
 from handsim.hand.model import HandModel, build_hand
 from handsim.hand.tasks import task_by_name
+from handsim.joints import UPPER
 from handsim.learning.controller import GraspController
 from handsim.simulation import batch
 from handsim.simulation.batch import grasp_batch, simulate_batch
@@ -94,6 +95,17 @@ def test_tasks_of_any_shape_and_runs_of_any_length_go_together(hand):
     assert [run.task for run in together] == [job.stage.task.name for job in jobs]
     assert len({len(run.time) for run in together}) > 1
     for run, job in zip(together, jobs, strict=True):
+        assert_same(run, alone(job))
+
+
+def test_commands_stay_within_the_ranges_together_as_alone(hand):
+    """A squeeze that asks for far more than fingers can bend."""
+    jobs = [scripted("cube-raise", hand, 0.2, seed) for seed in range(2)]
+    jobs = [replace(job, plan=replace(job.plan, squeeze=8.0)) for job in jobs]
+    for run, job in zip(simulate_batch(jobs, n_threads=1), jobs, strict=True):
+        ctrl = run.ctrl[:, job.stage.hand.ctrl_index]
+        assert (ctrl <= UPPER).all()
+        assert (ctrl[-1] == UPPER).sum() > 3
         assert_same(run, alone(job))
 
 

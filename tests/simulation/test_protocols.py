@@ -70,6 +70,78 @@ def test_tasks_keep_their_order_and_seeds(monkeypatch):
     assert "protocol" not in summarise([jar], 1.0)
 
 
+def test_the_six_pulls_are_made_as_usual_and_hard_where_they_are_asked_for(monkeypatch):
+    made = []
+
+    def pulled(run, *, hard=False):
+        made.append(hard)
+        return TURNED if hard else STAYED
+
+    monkeypatch.setattr(protocols, "six_axis", pulled)
+    monkeypatch.setattr(protocols, "grasp_quality", lambda run: 0.3)
+    judged, rollout = judge_run(pretend, CUBE, Conditions(nominal=False), "six-axis")
+    assert made == [False, True]
+    assert (judged.six_axis, judged.hard) == (STAYED, TURNED)
+    assert (judged.outcome, judged.epsilon) == (DROPPED, 0.3)
+    assert rollout.outcome == DROPPED
+    assert (judged.success, judged.reason) == (True, None)
+    judged, _ = judge_run(pretend, CUBE, Conditions(nominal=False))
+    assert made == [False, True]
+    assert (judged.six_axis, judged.hard) == (None, None)
+    assert (judged.success, judged.reason) == (False, "slipped")
+    runs = [run for _, run, _ in judge_runs(pretend, [JAR], Conditions(), 1, protocol="six-axis")]
+    assert [run.six_axis for run in runs] == [STAYED, STAYED]
+
+
+def test_the_hard_pulls_decide_nothing():
+    run = JudgedRun(Conditions(), HELD, 0.2, STAYED, TURNED)
+    assert (run.success, run.reason) == (True, None)
+    run = JudgedRun(Conditions(), HELD, 0.2, TURNED, STAYED)
+    assert (run.success, run.reason) == (False, "tilted")
+    assert run.as_json()["hard_success"] is True
+    assert run.as_json()["six_axis_hard"]["reason"] is None
+    assert run.as_json()["six_axis"]["reason"] == "tilted"
+
+
+def test_the_nominal_run_is_none_of_the_trials():
+    held, dropped = (JudgedRun(Conditions(), outcome, 0.2) for outcome in (HELD, DROPPED))
+    result = JudgedTask(CUBE, (held, dropped, held, dropped))
+    said = result.as_json()
+    assert said["nominal_success"] is True
+    assert (said["trials"], said["successes"]) == (3, 1)
+    # 1 of 3 by Wilson's score, after the formula (R. G. Newcombe 1998, method 3).
+    assert said["success_interval"] == pytest.approx((0.0615, 0.7923), abs=1e-4)
+    assert [each["success"] for each in said["per_trial"]] == [True, False, True, False]
+    said = JudgedTask(CUBE, (dropped, held, held)).as_json()
+    assert said["nominal_success"] is False
+    assert (said["trials"], said["successes"]) == (2, 2)
+
+
+def test_tasks_and_objects_pass_by_their_nominal_run():
+    held, dropped = (JudgedRun(Conditions(), outcome, 0.2) for outcome in (HELD, DROPPED))
+    lid = task_by_name("jar-unscrew")
+    results = [
+        JudgedTask(JAR, (held, dropped)),
+        JudgedTask(lid, (held,)),
+        JudgedTask(CUBE, (dropped, held)),
+    ]
+    whole = summarise(results, 2.5)
+    assert (whole["tasks_passed"], whole["objects_passed"], whole["seconds"]) == (2, 1, 2.5)
+    assert "tasks_passed_hard" not in whole
+
+
+def test_hard_passes_are_those_of_nominal_runs():
+    hard = JudgedRun(Conditions(), DROPPED, 0.2, TURNED, STAYED)
+    soft = JudgedRun(Conditions(), DROPPED, 0.2, STAYED, TURNED)
+    results = [JudgedTask(JAR, (hard, soft)), JudgedTask(CUBE, (soft, hard, soft))]
+    whole = summarise(results, 1.0)
+    assert (whole["tasks_passed"], whole["tasks_passed_hard"]) == (1, 1)
+    said = [each.as_json() for each in results]
+    assert [each["nominal_hard_success"] for each in said] == [True, False]
+    assert [each["hard_successes"] for each in said] == [0, 1]
+    assert [each["successes"] for each in said] == [1, 1]
+
+
 def test_a_real_grasp_has_quality_and_a_verdict():
     run, rollout = judge_run(demonstrate, CUBE, Conditions(), "six-axis")
     assert rollout.outcome == run.outcome

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from handsim.hand.grasp_task import PassRule, Step, Task
 from handsim.hand.tasks import task_by_name
-from handsim.simulation.trials import GraspTraces, judge, wilson_interval
+from handsim.simulation.trials import GraspTraces, Outcome, judge, wilson_interval
 
 MOVE = task_by_name("tall-glass-side-move")
 CUBE = task_by_name("cube-raise")
@@ -222,3 +223,303 @@ def test_wilson_interval_against_published_values():
     assert wilson_interval(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
     assert wilson_interval(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
     assert wilson_interval(0, 0) == (0.0, 1.0)
+    assert wilson_interval(20, 20) == pytest.approx((0.8389, 1.0), abs=5e-5)
+
+
+def ruled(task: Task, **values: float) -> Task:
+    """The task with some of its rule's limits changed."""
+    return replace(task, rule=replace(task.rule, **values))
+
+
+def shown(traces: GraspTraces, task: Task) -> tuple[bool, str | None]:
+    outcome = judge(traces, task)
+    return outcome.success, outcome.reason
+
+
+def held_for(*stretches: int) -> GraspTraces:
+    """A carry that is touched during stretches of so many samples after the lift, apart by one."""
+    traces = carried(hold=sum(stretches) / RATE + 1.0)
+    touching, first = np.zeros(len(traces.time), dtype=np.int64), 200
+    for n in stretches:
+        touching[first : first + n + 1] = 3
+        first += n + 2
+    return replace(traces, touching=touching)
+
+
+@pytest.mark.parametrize(("samples", "succeeds"), [(300, True), (299, True), (298, False)])
+def test_the_time_held_may_lack_one_sample(samples, succeeds):
+    outcome = judge(held_for(samples), MOVE)
+    assert outcome.hold_s == pytest.approx(samples / RATE)
+    assert (outcome.success, outcome.reason) == (succeeds, None if succeeds else "slipped")
+
+
+def test_the_longest_stretch_counts_and_a_gap_ends_it():
+    assert judge(held_for(300, 50), MOVE).success
+    assert judge(held_for(300, 50), MOVE).hold_s == pytest.approx(3.0)
+    assert judge(held_for(50, 300), MOVE).success
+    assert judge(held_for(200, 200), MOVE).reason == "slipped"
+
+
+def test_what_sinks_below_the_height_is_not_held_there():
+    traces = carried()
+    sunk = np.where(traces.time > 2.2, 0.03, 0.0)[:, None] * [0, 0, 1.0]
+    low = replace(traces, object_pos=traces.object_pos - sunk, palm_pos=traces.palm_pos - sunk)
+    outcome = judge(low, MOVE)
+    assert outcome.lift_m == pytest.approx(HEIGHT)
+    assert outcome.reason == "slipped"
+    assert outcome.hold_s < 0.5
+
+
+def test_what_is_set_down_after_its_time_was_held():
+    traces = carried(hold=4.0)
+    down = np.where(traces.time > 5.2, HEIGHT, 0.0)[:, None] * [0, 0, 1.0]
+    lowered = replace(traces, object_pos=traces.object_pos - down, palm_pos=traces.palm_pos - down)
+    outcome = judge(lowered, MOVE)
+    assert outcome.success
+    assert outcome.lift_m == pytest.approx(HEIGHT)
+
+
+def test_height_is_that_over_the_first_pose():
+    """What falls over before the action has to make up for it."""
+    traces = carried()
+    fallen = np.where(traces.time > 0.5, 0.03, 0.0)[:, None] * [0, 0, 1.0]
+    outcome = judge(replace(traces, object_pos=traces.object_pos - fallen), MOVE)
+    assert outcome.lift_m == pytest.approx(HEIGHT - 0.03)
+    assert not outcome.success
+
+
+def test_exactly_the_height_is_enough():
+    traces = carried()
+    lift = judge(traces, MOVE).lift_m
+    assert judge(traces, ruled(MOVE, lift=lift)).success
+    assert not judge(traces, ruled(MOVE, lift=np.nextafter(lift, 1))).success
+    flat = moved(0.08)
+    outcome = judge(flat, ruled(SLIDE, lift=0.0))
+    assert outcome.success
+    assert outcome.hold_s == pytest.approx(flat.time[-1] - LIFT_TIME)
+
+
+def test_a_fifth_of_the_height_is_a_grasp_that_slipped():
+    assert judge(carried(height=0.019), MOVE).reason == "missed"
+    assert judge(carried(height=0.021), MOVE).reason == "slipped"
+
+
+def slipped(distance: float, start: int, stop: int) -> GraspTraces:
+    traces = carried()
+    pos = traces.object_pos.copy()
+    pos[start:stop, 0] += distance
+    return replace(traces, object_pos=pos)
+
+
+def tilted(degrees: float, start: int, stop: int) -> GraspTraces:
+    traces = carried()
+    quat = traces.object_quat.copy()
+    quat[start:stop] = Rotation.from_euler("x", degrees, degrees=True).as_quat(scalar_first=True)
+    return replace(traces, object_quat=quat)
+
+
+def test_exactly_the_limit_of_slip_or_tilt_is_too_much():
+    """For a moment of the lift, or from then on."""
+    for stop in (130, 600):
+        off = slipped(0.015, 120, stop)
+        slip = judge(off, MOVE).peak_slip_m
+        assert shown(off, ruled(MOVE, slip=slip)) == (False, "slipped")
+        assert judge(off, ruled(MOVE, slip=np.nextafter(slip, 1))).success
+        askew = tilted(20.0, 120, stop)
+        tilt = judge(askew, MOVE).peak_tilt_deg
+        assert tilt == pytest.approx(20.0)
+        assert shown(askew, ruled(MOVE, tilt_deg=tilt)) == (False, "tilted")
+        assert judge(askew, ruled(MOVE, tilt_deg=np.nextafter(tilt, 90))).success
+
+
+@pytest.mark.parametrize("symmetry", [None, "x", "z"])
+def test_tilts_before_and_in_the_action_add_up(symmetry):
+    traces = carried()
+    angle = 20.0 * (traces.time > 0.5) + 20.0 * (traces.time > 1.5)
+    quat = Rotation.from_rotvec(np.outer(np.deg2rad(angle), [0, 1, 0])).as_quat(scalar_first=True)
+    outcome = judge(replace(traces, object_quat=quat, symmetry=symmetry), MOVE)
+    assert outcome.peak_tilt_deg == pytest.approx(40.0)
+    assert outcome.reason == "tilted"
+
+
+def test_peaks_before_a_whole_hold_count():
+    """Each fails for a tenth of a second of the lift, three whole seconds before the end."""
+    assert shown(slipped(0.021, 120, 130), MOVE) == (False, "slipped")
+    assert shown(slipped(0.019, 120, 130), MOVE) == (True, None)
+    assert shown(tilted(31.0, 120, 130), MOVE) == (False, "tilted")
+    assert shown(tilted(29.0, 120, 130), MOVE) == (True, None)
+    assert judge(tilted(31.0, 120, 130), MOVE).hold_s >= 3.0
+
+
+def test_the_time_held_is_that_within_all_limits():
+    """From sample 300 of 520 on something is wrong; the height is reached at sample 184."""
+    assert judge(slipped(0.03, 300, 520), MOVE).hold_s == pytest.approx(1.15)
+    assert judge(tilted(40.0, 300, 520), MOVE).hold_s == pytest.approx(1.15)
+
+
+def test_an_object_that_moves_and_tilts_slipped():
+    both = replace(slipped(0.03, 250, 600), object_quat=tilted(40.0, 250, 600).object_quat)
+    assert judge(both, MOVE).reason == "slipped"
+
+
+def test_overlap_counts_at_its_deepest_and_up_to_a_centimetre():
+    def deep(metres: float) -> GraspTraces:
+        traces = carried()
+        penetration = traces.penetration.copy()
+        penetration[260] = metres
+        return replace(traces, penetration=penetration)
+
+    assert judge(deep(0.01), MOVE).success
+    outcome = judge(deep(0.0101), MOVE)
+    assert (outcome.reason, outcome.penetration_m) == ("penetrated", 0.0101)
+
+
+def test_contacts_are_those_at_the_end():
+    traces = carried()
+    touching = traces.touching.copy()
+    touching[-1] = 2
+    assert judge(replace(traces, touching=touching), MOVE).contacts == 2
+
+
+def test_a_hand_that_was_late_and_held_has_held():
+    assert judge(replace(carried(), arrived=False), MOVE).success
+
+
+def test_divergence_beats_all_and_tells_its_step():
+    outcome = judge(replace(carried(), unstable_at=5.19), MOVE)
+    expected = Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0)
+    assert replace(outcome, detail="") == expected
+    assert "step 519" in outcome.detail
+
+
+def test_a_palm_that_turns_on_its_way_tilts_nothing():
+    traces = carried()
+    angle = np.deg2rad(60) * np.clip(1 - traces.time / 0.9, 0, 1)
+    quat = Rotation.from_rotvec(np.outer(angle, [1, 0, 0])).as_quat(scalar_first=True)
+    outcome = judge(replace(traces, palm_quat=quat), MOVE)
+    assert outcome.success
+    assert outcome.peak_tilt_deg == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_palm_that_turns_out_of_its_object_lets_it_tilt():
+    traces = carried()
+    outcome = judge(replace(traces, palm_quat=turned(traces, (1, 0, 0), 40)), MOVE)
+    assert outcome.peak_tilt_deg == pytest.approx(40)
+    assert not outcome.success
+
+
+@pytest.mark.parametrize(("axis", "degrees"), [((1, 0, 0), 0), ((0, 1, 0), 50), ((0, 0, 1), 50)])
+def test_things_that_are_round_about_x_may_roll_about_it_alone(axis, degrees):
+    traces = carried()
+    rolled = replace(traces, object_quat=turned(traces, axis, 50), symmetry="x")
+    assert judge(rolled, MOVE).peak_tilt_deg == pytest.approx(degrees, abs=1e-6)
+
+
+def together(degrees: float, axis: tuple[float, float, float], before: float = 0.0) -> GraspTraces:
+    """An object that turns with the palm about itself: ``before`` the action, and in it."""
+    traces = carried()
+    part = np.clip((traces.time - LIFT_TIME) / LIFT_DURATION, 0, 1)
+    angle = before * np.clip(traces.time / 0.5, 0, 1) + degrees * part
+    quat = Rotation.from_rotvec(np.deg2rad(np.outer(angle, axis))).as_quat(scalar_first=True)
+    palm = Rotation.from_quat(quat, scalar_first=True)
+    centre = traces.palm_pos + palm.apply(np.array([0.1, -0.05, -0.01]))
+    return replace(traces, object_quat=quat, palm_quat=quat, object_pos=centre)
+
+
+SPIN = task_by_name("tall-glass-side-rotate")
+
+
+def test_turns_count_in_their_direction_and_in_the_action_alone():
+    assert shown(together(46, (0, 0, 1)), SPIN) == (True, None)
+    assert shown(together(44, (0, 0, 1)), SPIN) == (False, "slipped")
+    assert judge(together(45.0 / 2, (0, 0, 1)), SPIN).done == pytest.approx(0.5)
+    assert shown(together(-60, (0, 0, 1)), SPIN) == (False, "slipped")
+    assert shown(together(30, (0, 0, 1), before=30), SPIN) == (False, "slipped")
+    # The hand knocks it round before the action: as seen from the action it was turned then.
+    assert shown(together(0, (0, 0, 1), before=-60), SPIN) == (False, "slipped")
+
+
+def test_turns_are_about_the_worlds_axes():
+    traces = together(40, (0, -1, 0))
+    yaw = Rotation.from_euler("z", 90, degrees=True)
+    quat = Rotation.from_quat(traces.object_quat, scalar_first=True) * yaw
+    assert judge(replace(traces, object_quat=quat.as_quat(scalar_first=True)), DRINK).success
+
+
+def test_fingers_that_flex_turn_nothing():
+    press = Step(0.3, flex=("index",), angle_deg=12.0)
+    task = replace(DRINK, steps=(press, *DRINK.steps))
+    assert judge(together(40, (0, -1, 0)), task).success
+    assert judge(together(40, (0, 0, 1)), task).reason == "slipped"
+
+
+def test_exactly_the_way_is_enough():
+    traces = moved(0.08)
+    way = float(np.linalg.norm((traces.object_pos[-1] - traces.object_pos[0])[:2]))
+    assert judge(traces, ruled(SLIDE, distance=way)).success
+    assert not judge(traces, ruled(SLIDE, distance=np.nextafter(way, 1))).success
+    pressed = hinged(0, 1.2)
+    assert pressed.hinge is not None
+    angle = float(np.rad2deg(pressed.hinge.max()))
+    assert judge(pressed, ruled(CLICK, angle_deg=angle)).success
+    assert not judge(pressed, ruled(CLICK, angle_deg=np.nextafter(angle, 2))).success
+
+
+def test_slides_are_measured_along_the_table_and_in_the_action():
+    assert judge(moved(0.0595, up=0.0095), SLIDE).reason == "slipped"
+    traces = moved(0.04)
+    pushed = traces.object_pos - np.where(traces.time < 0.5, 0.03, 0.0)[:, None] * [1.0, 0, 0]
+    outcome = judge(replace(traces, object_pos=pushed), SLIDE)
+    assert outcome.reason == "slipped"
+    assert outcome.done == pytest.approx(0.04 / 0.06)
+
+
+def test_buttons_count_in_the_action_alone():
+    traces = hinged(0, 0)
+    before = np.where((traces.time > 0.3) & (traces.time < 0.6), np.deg2rad(1.2), 0.0)
+    assert judge(replace(traces, hinge=before), CLICK).reason == "missed"
+    again = before + np.where(abs(traces.time - 1.7) < 0.2, np.deg2rad(1.2), 0.0)
+    outcome = judge(replace(traces, hinge=again), CLICK)
+    assert (outcome.success, outcome.done) == (True, 1.0)
+    lifted = np.where(traces.time > 0.3, np.deg2rad(-0.4), 0.0)
+    assert judge(replace(traces, hinge=lifted), CLICK).done == 0.0
+    half = judge(hinged(30, 20), SCISSORS)
+    assert half.done == pytest.approx(0.5)
+
+
+def test_a_worked_object_stays_and_stands_as_it_was_at_first():
+    """Also if the hand pushes it before the action, or turns it together with itself."""
+    traces = hinged(0, 1.2)
+    pushed = traces.object_pos + np.where(traces.time > 0.5, 0.03, 0.0)[:, None] * [1.0, 0, 0]
+    assert judge(replace(traces, object_pos=pushed, palm_pos=pushed), CLICK).reason == "slipped"
+    quat = turned(traces, (1, 0, 0), 40)
+    assert judge(replace(traces, object_quat=quat, palm_quat=quat), CLICK).reason == "tilted"
+
+
+def test_a_worked_object_need_not_rise():
+    assert judge(hinged(0, 1.2), ruled(CLICK, lift=0.1)).success
+
+
+@pytest.mark.parametrize(("height", "succeeds"), [(0.0029, True), (0.003, True), (0.0031, False)])
+def test_a_front_end_draws_within_three_millimetres(height, succeeds):
+    assert judge(drawn(0.055, height=height), WRITE).success is succeeds
+
+
+def test_a_line_counts_by_its_greatest_extent_in_the_action():
+    traces = drawn(0.055)
+    assert traces.front_pos is not None
+    back = traces.front_pos.copy()
+    back[400:] = back[250]
+    assert judge(replace(traces, front_pos=back), WRITE).success
+    early = traces.front_pos.copy()
+    early[:, :2] = 0.0
+    early[:90, 1] = np.linspace(0, 0.06, 90)
+    early[:90, 2] = 0.001
+    outcome = judge(replace(traces, front_pos=early), WRITE)
+    assert (outcome.reason, outcome.done) == ("slipped", 0.0)
+
+
+def test_figures_of_a_rule_without_an_action():
+    assert PassRule("carry") == MOVE.rule
+    assert judge(carried(), MOVE).done == 1.0
+    assert judge(carried(height=0.0), MOVE).done == 1.0
