@@ -145,9 +145,11 @@ def attach_hand(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HandModel:
     """A compiled model with a hand in it, and where the hand's parts are.
+
+    As its state changes while it is simulated, it is equal to itself alone.
 
     Attributes
     ----------
