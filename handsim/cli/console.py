@@ -91,18 +91,29 @@ def fraction_done(label: str) -> Iterator[Callable[[float], None] | None]:
         yield lambda fraction: bar.update(task, completed=fraction)
 
 
-def check_gl() -> None:
+def check_gl(*, draws: bool = False) -> None:
     """Refuse a MUJOCO_GL with which not even MuJoCo's import would succeed.
+
+    Parameters
+    ----------
+    draws
+        Refuse one that cannot be rendered with, too.
 
     Raises
     ------
-    UnknownNameError, MissingToolError
-        If it names no backend, or one that is not installed.
+    UnknownNameError, MissingToolError, RenderingError
+        If it says nothing that MuJoCo takes, or names a backend that is not installed.
     """
-    if os.environ.get("MUJOCO_GL"):
+    if not os.environ.get("MUJOCO_GL"):
+        return
+    if draws:
         from handsim.viewing.gl import choose_backend
 
         choose_backend()
+    else:
+        from handsim.viewing.gl_setting import check_import
+
+        check_import()
 
 
 def writable(path: Path, *suffixes: str) -> Path:
