@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from handsim.disk import naming
 from handsim.errors import FileError, InputError
 from handsim.files import read_text, write_text
 from handsim.joints import JOINT_NAMES
@@ -116,15 +117,17 @@ def write_recordings(recordings: RecordingSet, folder: Path) -> None:
         raise FileError(f"{folder}: folder '{folder.parent}' does not exist; create it first")
     if folder.exists():
         _check_replaceable(folder)
-    scratch = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
+    with naming(folder):
+        scratch = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
     try:
-        fresh = scratch / "new"
-        fresh.mkdir()
-        for recording in recordings:
-            text = _postures_text(recording.time, recording.q)
-            (fresh / f"{recording.name}.csv").write_text(text, encoding="utf-8")
-        (fresh / INDEX_FILE).write_text(_index_text(recordings), encoding="utf-8")
-        _swap(fresh, folder, scratch / "old")
+        with naming(folder, scratch=scratch):
+            fresh = scratch / "new"
+            fresh.mkdir()
+            for recording in recordings:
+                text = _postures_text(recording.time, recording.q)
+                (fresh / f"{recording.name}.csv").write_text(text, encoding="utf-8")
+            (fresh / INDEX_FILE).write_text(_index_text(recordings), encoding="utf-8")
+            _swap(fresh, folder, scratch / "old")
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
