@@ -41,7 +41,7 @@ def check_target(path: Path) -> None:
         if not path.parent.is_dir():
             raise FileError(f"{path}: folder '{path.parent}' does not exist; create it first")
         if path.exists() and not path.is_file():  # what is put in the place of a device hides it
-            raise FileError(f"{path}: is a device or a pipe; give the name of a file")
+            raise FileError(f"{path}: is not a plain file; give the name of one")
         if not os.access(path.parent, os.W_OK):
             raise _not_writable(path.parent)
 

@@ -175,7 +175,7 @@ def test_names_that_cannot_be_written(tmp_path: Path, name: str, words: str) -> 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device /dev/full on this system")
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/null"])
 def test_devices_are_never_replaced(device: str) -> None:
-    with pytest.raises(FileError, match="is a device or a pipe; give the name of a file"):
+    with pytest.raises(FileError, match="is not a plain file; give the name of one"):
         files.check_target(Path(device))
     assert Path(device).is_char_device()
 
