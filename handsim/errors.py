@@ -36,5 +36,9 @@ class UnknownNameError(InputError, LookupError):
         return type(self), (self.kind, self.name, self.known)
 
 
+class RenderingError(HandsimError, RuntimeError):
+    """Nothing can be drawn in this process, whatever is installed."""
+
+
 class MissingToolError(HandsimError, RuntimeError):
     """Something outside Python is not installed; the message names the command that installs it."""

@@ -5,9 +5,10 @@ the old file or the new one. Archives are ``.npz`` without pickles that carry th
 number and JSON metadata.
 """
 
+import errno
 import json
 import os
-import tempfile
+import secrets
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from handsim.disk import naming
 from handsim.errors import FileError
 
 MAX_ARCHIVE_BYTES = 512 * 1024**2
@@ -31,12 +33,24 @@ def check_target(path: Path) -> None:
     Raises
     ------
     FileError
-        If it is a folder, or its folder does not exist.
+        If it is a folder or a device, its folder does not exist, or neither may be written.
     """
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise FileError(f"{path}: folder '{path.parent}' does not exist; create it first")
+    with naming(path):
+        if path.is_dir():
+            raise FileError(f"{path}: is a folder; give the name of a file")
+        if not path.parent.is_dir():
+            raise FileError(f"{path}: folder '{path.parent}' does not exist; create it first")
+        if path.exists() and not path.is_file():  # what is put in the place of a device hides it
+            raise FileError(f"{path}: is not a plain file; give the name of one")
+        if not os.access(path.parent, os.W_OK):
+            raise _not_writable(path.parent)
+
+
+def _not_writable(folder: Path) -> OSError:
+    """Return what the system would say, before any work is done for a file there."""
+    read_only = os.statvfs(folder).f_flag & os.ST_RDONLY if hasattr(os, "statvfs") else 0
+    code = errno.EROFS if read_only else errno.EACCES
+    return OSError(code, os.strerror(code), str(folder))
 
 
 @contextmanager
@@ -48,24 +62,17 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises
     ------
     FileError
-        If the folder does not exist or cannot be written.
+        If the folder does not exist or cannot be written, or the disk is full.
     """
     path = Path(path)
     check_target(path)
+    temporary = path.with_name(f".{secrets.token_hex(6)}{path.suffix}")
     try:
-        handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
-    except OSError as error:
-        raise FileError(
-            f"{path}: cannot be written ({error.strerror}); choose another folder"
-        ) from error
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(path)
+        with naming(path, scratch=temporary):
+            # Made here with the usual permissions: to ask for them would set them for all threads.
+            os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            yield temporary
+            temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -88,11 +95,12 @@ def read_text(path: Path) -> str:
     if not is_file(path):
         raise FileError(f"{path}: no such file; check the path")
     try:
-        size = path.stat().st_size
-        if size > MAX_TEXT_BYTES:
-            raise FileError(f"{path}: {size} bytes, more than {MAX_TEXT_BYTES}; split it")
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+        with naming(path, "read"):
+            size = path.stat().st_size
+            if size > MAX_TEXT_BYTES:
+                raise FileError(f"{path}: {size} bytes, more than {MAX_TEXT_BYTES}; split it")
+            return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
         raise FileError(f"{path}: cannot be read as text ({error}); it must be UTF-8") from error
 
 
@@ -141,7 +149,8 @@ def read_archive(
     if not is_file(path):
         raise FileError(f"{path}: no such file; check the path")
     try:
-        header, arrays = _read_members(path)
+        with naming(path, "read"):
+            header, arrays = _read_members(path)
     except FileError:
         raise
     except Exception as error:  # zipfile, zlib and numpy raise a dozen different classes

@@ -4,7 +4,10 @@ Standard output carries results only: tables, or one JSON object with ``--json``
 errors go to standard error. Exit codes: 0 done, 1 a check did not hold, 2 bad input.
 """
 
+import os
 import sys
+from contextlib import suppress
+from pathlib import Path
 from typing import NoReturn
 
 import typer
@@ -20,6 +23,7 @@ from handsim.cli import (
     seeing,
     sweeping,
 )
+from handsim.disk import refused
 from handsim.errors import HandsimError
 
 app = typer.Typer(
@@ -68,12 +72,15 @@ def main() -> NoReturn:
     except BrokenPipeError:
         sys.stderr.close()  # the reader of standard output has gone; nobody is left to tell
         sys.exit(0)
-    except OSError as error:  # a disk that is full, a name too long, a folder without permission
-        sys.exit(_refuse(f"{error.filename or 'file'}: {error.strerror or error}; choose another"))
+    except OSError as error:  # a folder without permission, a connection that is refused
+        named = isinstance(error.filename, str | os.PathLike)
+        said = refused(Path(error.filename), error) if named else error.strerror or error
+        sys.exit(_refuse(str(said)))
     sys.exit(code if isinstance(code, int) else 0)
 
 
 def _refuse(message: str) -> int:
     """Say in one line what was wrong with the input."""
-    sys.stderr.write("handsim: " + " ".join(message.split()) + "\n")
+    with suppress(OSError):
+        sys.stderr.write("handsim: " + " ".join(message.split()) + "\n")
     return 2

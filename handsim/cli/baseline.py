@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import JsonFlag, fraction_done, note, say, say_json, writable
+from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, writable
 
 if TYPE_CHECKING:
     from handsim.motion.recording import RecordingSet
@@ -36,6 +36,8 @@ def record(
     Asked for are all demonstrated movements, and the tasks whose plans are stored. Where there are
     recordings, a controller learned from them again is asked as well.
     """
+    check_gl()
+
     from handsim.baseline.check import record_baseline
     from handsim.baseline.store import write_baseline
     from handsim.cli.defaults import controller_or_built_in, planning_grasper
@@ -81,6 +83,8 @@ def check(
 
     Exit code 1 where something moved beyond its tolerance and is not taken for right.
     """
+    check_gl()
+
     from handsim.baseline.check import check_baseline, updated
     from handsim.baseline.comparison import Tolerances
     from handsim.baseline.store import read_baseline, write_baseline

@@ -5,7 +5,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -27,17 +27,20 @@ ControllerFile = Annotated[
 
 def say(text: str) -> None:
     """Write a line of results."""
-    sys.stdout.write(text + "\n")
+    with _output():
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()
 
 
 def note(text: str) -> None:
-    """Write a line about the work, which is no result."""
-    sys.stderr.write(text + "\n")
+    """Write a line about the work, which is no result and is done without where it must be."""
+    with suppress(OSError):
+        sys.stderr.write(text + "\n")
 
 
 def say_json(value: Any) -> None:
     """Write one JSON object; numbers that are not finite become null, as JSON has none."""
-    sys.stdout.write(json.dumps(_finite(value), indent=2, allow_nan=False) + "\n")
+    say(json.dumps(_finite(value), indent=2, allow_nan=False))
 
 
 def _finite(value: Any) -> Any:
@@ -63,7 +66,26 @@ def say_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
         table.add_column(Text(title), justify="left" if i == 0 else "right", no_wrap=True)
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
-    Console(file=sys.stdout, width=160, highlight=False).print(table)
+    with _output():
+        Console(file=sys.stdout, width=160, highlight=False).print(table)
+
+
+@contextmanager
+def _output() -> Iterator[None]:
+    """Name what cannot be written."""
+    from handsim.errors import FileError
+
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        with suppress(OSError):
+            sys.stdout.close()  # what is left in it would be tried again at the end
+        raise FileError(
+            f"standard output: cannot be written ({error.strerror}); free some space where it "
+            "leads, or lead it elsewhere"
+        ) from error
 
 
 def progress(items: Sequence[T], label: str) -> Iterator[T]:
@@ -91,18 +113,29 @@ def fraction_done(label: str) -> Iterator[Callable[[float], None] | None]:
         yield lambda fraction: bar.update(task, completed=fraction)
 
 
-def check_gl() -> None:
+def check_gl(*, draws: bool = False) -> None:
     """Refuse a MUJOCO_GL with which not even MuJoCo's import would succeed.
+
+    Parameters
+    ----------
+    draws
+        Refuse one that cannot be rendered with, too.
 
     Raises
     ------
-    UnknownNameError, MissingToolError
-        If it names no backend, or one that is not installed.
+    UnknownNameError, MissingToolError, RenderingError
+        If it says nothing that MuJoCo takes, or names a backend that is not installed.
     """
-    if os.environ.get("MUJOCO_GL"):
+    if not os.environ.get("MUJOCO_GL"):
+        return
+    if draws:
         from handsim.viewing.gl import choose_backend
 
         choose_backend()
+    else:
+        from handsim.viewing.gl_setting import check_import
+
+        check_import()
 
 
 def writable(path: Path, *suffixes: str) -> Path:

@@ -38,7 +38,7 @@ def report(
     those are planned first, which takes minutes each.
     """
     writable(output, ".html")
-    check_gl()
+    check_gl(draws=True)
 
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.viewing.gl import choose_backend

@@ -34,7 +34,7 @@ def render(
 ) -> None:
     """Render movements in true time; a .png of one movement becomes its contact sheet."""
     writable(output, ".mp4", ".gif", ".png")
-    check_gl()
+    check_gl(draws=True)
 
     from handsim.viewing.stage import View, parse_size
 
@@ -57,6 +57,8 @@ def figures(
     folder: Folder = None,
 ) -> None:
     """Draw the counterparts of the paper's figures, each as PNG and SVG."""
+    check_gl(draws=True)
+
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.viewing.gl import choose_backend
 

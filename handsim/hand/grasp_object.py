@@ -12,6 +12,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from handsim.content import ByContent
+
 Array = npt.NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 Kind = Literal["box", "cylinder", "capsule", "sphere", "hull"]
@@ -47,7 +49,7 @@ class Collider:
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleMesh:
+class TriangleMesh(ByContent):
     """A closed surface: vertices (n, 3) [m] and triangles (m, 3), counter-clockwise outside."""
 
     vertices: Array

@@ -19,7 +19,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from handsim.errors import FileError, UnknownNameError
+from handsim.disk import naming
+from handsim.errors import UnknownNameError
 from handsim.files import write_text
 from handsim.hand.anthropometry import DENSITY, HAND_BREADTH, HAND_LENGTH, hand_geometry
 from handsim.hand.eigengrasps import eigengrasp_postures
@@ -145,9 +146,11 @@ def attach_hand(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HandModel:
     """A compiled model with a hand in it, and where the hand's parts are.
+
+    As its state changes while it is simulated, it is equal to itself alone.
 
     Attributes
     ----------
@@ -324,10 +327,8 @@ def write_hand(
     add_keyframes(spec, {**POSTURES, **eigengrasp_postures(HandModel.from_spec(spec).penetration)})
     spec.compile()
     path = Path(folder) / f"{side}_hand.xml"
-    try:
+    with naming(Path(folder), "made"):
         path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{folder}: cannot be made ({error.strerror}); choose another") from error
     write_text(path, _with_position_actuators(spec.to_xml()))
     return path
 

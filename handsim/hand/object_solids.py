@@ -101,6 +101,9 @@ def cup() -> Solids:
     knots = [(0.036, 0.066), (0.050, 0.0668), (0.060, 0.0625), (0.0655, 0.053), (0.0663, 0.044),
              (0.0645, 0.034), (0.0585, 0.0255), (0.049, 0.0195), (0.037, 0.0165)]  # fmt: skip
     curve = make_interp_spline(np.arange(len(knots)), knots)(np.linspace(0, len(knots) - 1, 25))
+    # Pieces of the bead meet in flat polygons, which the last bit cuts one way or the other; that
+    # bit hangs on the processor's linear algebra.
+    curve = np.round(curve, 8)
     stamp = Manifold.sphere(0.0045, 16).scale((1.0, 1.25, 1.0))
     handle = swept([(x, 0.0, z) for x, z in curve], stamp) - lathe(cavity)
     return {"cup": lathe(vessel) + handle}

@@ -31,6 +31,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
 
+from handsim.content import ByContent
 from handsim.errors import InputError
 from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.hand.model import Side, build_hand
@@ -75,8 +76,8 @@ class Weights:
     middle: float = 0.0005
 
 
-@dataclass(frozen=True)
-class Retargeted:
+@dataclass(frozen=True, eq=False)
+class Retargeted(ByContent):
     """Postures of the robot hand and how well they match.
 
     Attributes

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from handsim.content import ByContent
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.joints import FINGERS, Array, Finger
 
@@ -42,8 +43,8 @@ class Frame:
     quat: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Fingertips:
+@dataclass(frozen=True, eq=False)
+class Fingertips(ByContent):
     """Where the fingertips are in the palm's frame, and how they move with ``x``.
 
     Attributes

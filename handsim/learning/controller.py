@@ -113,18 +113,27 @@ class GraspController:
         return hash(self.digest)
 
     def demonstration(self, name: str) -> Demonstration:
-        """Return the demonstration of a task or of a recording, by its name.
+        """Return what was learned of a recording, by a name.
+
+        Parameters
+        ----------
+        name
+            Of a recording or a task, or else of an object. Of several recordings the first.
 
         Raises
         ------
         UnknownNameError
-            If neither a recording nor a task has that name.
+            If no recording, task or object has that name; the message offers the nearest.
         """
-        for demonstration in self.demonstrations:
-            if name in (demonstration.name, demonstration.task):
-                return demonstration
-        known = [d.task for d in self.demonstrations] + [d.name for d in self.demonstrations]
-        raise UnknownNameError("task", name, tuple(dict.fromkeys(known)))
+        of_names = [(d.name, d.task) for d in self.demonstrations]
+        of_objects = [(d.object,) for d in self.demonstrations]
+        for known in (of_names, of_objects):
+            for demonstration, names in zip(self.demonstrations, known, strict=True):
+                if name in names:
+                    return demonstration
+        every = [each for known in (of_names, of_objects) for names in known for each in names]
+        kind = "task, recording or object"
+        raise UnknownNameError(kind, name, tuple(dict.fromkeys(every)))
 
     def velocity(self, z: Array, z_goal: Array) -> Array:
         """Return u = -grad phi (n,) at one point, Eq. (1) of the paper."""

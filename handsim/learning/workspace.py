@@ -4,6 +4,7 @@ Sec. V-A.2 of the paper: the boundary lies more than one knot beyond the recordi
 more knots where the recordings vary more.
 """
 
+from bisect import bisect_right
 from math import prod
 from typing import Literal
 
@@ -18,6 +19,7 @@ KnotRule = Literal["variance", "deviation", "gentle", "equal"]
 
 # Coefficients by number of dimensions: what a fit of seconds can carry.
 _BUDGET = {1: 20, 2: 200, 3: 1700, 4: 4000, 5: 8000}
+_FEWEST = 4  # cells along the dimension that varies most
 _CLOSING = 0.3  # thickness of the closing layer, in cells: the recordings stay clear of it
 
 
@@ -49,18 +51,18 @@ def knot_counts(
     Returns
     -------
     tuple of n int
-        Coefficients per dimension, as many as the budget allows.
+        Coefficients per dimension, as many as the budget allows; ``least`` goes before it.
     """
     exponent = {"variance": 1.0, "deviation": 0.5, "gentle": 0.25, "equal": 0.0}[rule]
     share = (variance / variance.max()) ** exponent
     floor, most = least or degree + 4, budget or _BUDGET[len(variance)]
-    best = (floor,) * len(variance)
-    for cells in range(4, 60):
-        counts = tuple(max(floor, round(degree + cells * float(s))) for s in share)
-        if prod(counts) > most:
-            break
-        best = counts
-    return best
+
+    def counts(cells: int) -> tuple[int, ...]:
+        return tuple(max(floor, round(degree + cells * float(s))) for s in share)
+
+    # The widest dimension alone has more coefficients than cells, so that they end the search.
+    n_within = bisect_right(range(_FEWEST, most + 1), most, key=lambda cells: prod(counts(cells)))
+    return counts(_FEWEST + n_within - 1) if n_within else (floor,) * len(variance)
 
 
 def lay_basis(

@@ -15,7 +15,7 @@ from scipy import signal
 
 from handsim.errors import InputError
 from handsim.joints import JOINT_NAMES, LOWER, UPPER
-from handsim.motion.recording import MIN_FRAMES, RecordingSet
+from handsim.motion.recording_set import MIN_FRAMES, RecordingSet
 
 Array = npt.NDArray[np.float64]
 

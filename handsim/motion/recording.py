@@ -1,4 +1,4 @@
-"""Recordings of reach-to-grasp movements and the CSV files that hold them.
+"""CSV files that hold recordings of reach-to-grasp movements.
 
 A folder of recordings is one CSV file a recording (`time_s`, then the 22 joint names with `_deg`)
 and `experiments.csv`, which says what each file shows. Angles are degrees in files and radians
@@ -9,112 +9,22 @@ import csv
 import io
 import shutil
 import tempfile
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from handsim.disk import naming
 from handsim.errors import FileError, InputError
 from handsim.files import read_text, write_text
-from handsim.joints import JOINT_NAMES, N_JOINTS
+from handsim.joints import JOINT_NAMES
+from handsim.motion.recording_set import Recording, RecordingSet, check_frames, check_postures
 
 Array = npt.NDArray[np.float64]
 
-MIN_FRAMES = 10
-MAX_ANGLE_DEG = 180.0
 INDEX_FILE = "experiments.csv"
 _POSTURE_COLUMNS = ("time_s", *(f"{name}_deg" for name in JOINT_NAMES))
 _INDEX_COLUMNS = ("file", "number", "subject", "object", "task", "hand_length_m", "hand_breadth_m")
-
-
-@dataclass(frozen=True)
-class Recording:
-    """One movement of one hand, from rest to grasp.
-
-    Attributes
-    ----------
-    name
-        Unique in its set; also the name of its file, without the suffix.
-    time : (n,) [s], increasing
-    q : (n, 22) [rad], glove order; may leave the joint ranges, as angles of real gloves do
-    number
-        Number of the experiment (Table I of the paper for the built-in ones).
-    subject, object, task
-        Who moved, what was grasped, what for.
-    hand_length, hand_breadth
-        Size of the recorded hand [m].
-    """
-
-    name: str
-    time: Array
-    q: Array
-    number: int
-    subject: str
-    object: str
-    task: str
-    hand_length: float
-    hand_breadth: float
-
-    def __post_init__(self) -> None:
-        """Check the values and make the arrays read-only."""
-        time = np.array(self.time, dtype=float)
-        q = np.array(self.q, dtype=float)
-        _check_postures(f"recording '{self.name}'", time, q)
-        if not self.name or Path(self.name).name != self.name or self.name.startswith("."):
-            raise InputError(f"'{self.name}' cannot name a file; use letters, digits and hyphens")
-        for label, size in (
-            ("hand_length", self.hand_length),
-            ("hand_breadth", self.hand_breadth),
-        ):
-            if not 0 < size < 1:
-                raise InputError(
-                    f"recording '{self.name}': {label} is {size} m; give metres between 0 and 1"
-                )
-        time.flags.writeable = False
-        q.flags.writeable = False
-        object.__setattr__(self, "time", time)
-        object.__setattr__(self, "q", q)
-
-    @property
-    def duration(self) -> float:
-        """Time from the first to the last frame [s]."""
-        return float(self.time[-1] - self.time[0])
-
-
-@dataclass(frozen=True)
-class RecordingSet:
-    """Recordings in order, each with a name of its own."""
-
-    recordings: tuple[Recording, ...]
-
-    def __post_init__(self) -> None:
-        """Check that there are recordings and that each has a name of its own."""
-        object.__setattr__(self, "recordings", tuple(self.recordings))
-        names = [recording.name for recording in self.recordings]
-        if not names:
-            raise InputError("a set of 0 recordings; give at least 1")
-        twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
-        if twice is not None:
-            raise InputError(f"two recordings are named '{twice}'; rename one")
-
-    def __len__(self) -> int:
-        """Return the number of recordings."""
-        return len(self.recordings)
-
-    def __iter__(self) -> Iterator[Recording]:
-        """Iterate over the recordings in order."""
-        return iter(self.recordings)
-
-    def __getitem__(self, index: int) -> Recording:
-        """Return one recording by its place, from 0."""
-        return self.recordings[index]
-
-    def without(self, index: int) -> "RecordingSet":
-        """Return the set with one recording left out."""
-        kept = self.recordings[:index] + self.recordings[index + 1 :]
-        return RecordingSet(kept)
 
 
 def read_postures(path: Path) -> tuple[Array, Array]:
@@ -148,7 +58,7 @@ def read_postures(path: Path) -> tuple[Array, Array]:
                     "finite number; correct or remove the row"
                 )
     time, angles = table[:, 0], table[:, 1:]
-    _check_frames(str(path), time, angles, first_row=2)
+    check_frames(str(path), time, angles, first_row=2)
     return time, np.deg2rad(angles)
 
 
@@ -160,7 +70,7 @@ def write_postures(path: Path, time: Array, q: Array) -> None:
     time : (n,) [s]
     q : (n, 22) [rad], written in degrees with 6 decimals (2e-8 rad)
     """
-    _check_postures(str(path), np.asarray(time, dtype=float), np.asarray(q, dtype=float))
+    check_postures(str(path), np.asarray(time, dtype=float), np.asarray(q, dtype=float))
     write_text(Path(path), _postures_text(time, q))
 
 
@@ -207,15 +117,17 @@ def write_recordings(recordings: RecordingSet, folder: Path) -> None:
         raise FileError(f"{folder}: folder '{folder.parent}' does not exist; create it first")
     if folder.exists():
         _check_replaceable(folder)
-    scratch = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
+    with naming(folder):
+        scratch = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
     try:
-        fresh = scratch / "new"
-        fresh.mkdir()
-        for recording in recordings:
-            text = _postures_text(recording.time, recording.q)
-            (fresh / f"{recording.name}.csv").write_text(text, encoding="utf-8")
-        (fresh / INDEX_FILE).write_text(_index_text(recordings), encoding="utf-8")
-        _swap(fresh, folder, scratch / "old")
+        with naming(folder, scratch=scratch):
+            fresh = scratch / "new"
+            fresh.mkdir()
+            for recording in recordings:
+                text = _postures_text(recording.time, recording.q)
+                (fresh / f"{recording.name}.csv").write_text(text, encoding="utf-8")
+            (fresh / INDEX_FILE).write_text(_index_text(recordings), encoding="utf-8")
+            _swap(fresh, folder, scratch / "old")
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
@@ -293,36 +205,6 @@ def _read_table(path: Path, columns: tuple[str, ...]) -> tuple[list[str], list[l
                 f"{path}: row {i + 2} has {len(row)} values for {len(header)} columns; complete it"
             )
     return header, [[cell.strip() for cell in row] for row in rows[1:]]
-
-
-def _check_postures(where: str, time: Array, q: Array) -> None:
-    if time.ndim != 1 or q.shape != (len(time), N_JOINTS):
-        raise InputError(
-            f"{where}: time {time.shape} and postures {q.shape}; shapes must be (n,) and (n, 22)"
-        )
-    if not (np.isfinite(time).all() and np.isfinite(q).all()):
-        raise InputError(f"{where}: holds NaN or infinite values; remove those frames")
-    _check_frames(where, time, np.rad2deg(q), first_row=0)
-
-
-def _check_frames(where: str, time: Array, angles: Array, first_row: int) -> None:
-    """Check what holds for files (row counted from the header) and for arrays alike."""
-    if len(time) < MIN_FRAMES:
-        raise FileError(f"{where}: {len(time)} frames; at least {MIN_FRAMES} are needed")
-    backward = np.flatnonzero(np.diff(time) <= 0)
-    if backward.size:
-        row = int(backward[0]) + 1
-        raise FileError(
-            f"{where}: row {row + first_row}, column time_s: {time[row]:g} s follows "
-            f"{time[row - 1]:g} s; time must increase"
-        )
-    beyond = np.argwhere(np.abs(angles) > MAX_ANGLE_DEG)
-    if beyond.size:
-        row, joint = (int(i) for i in beyond[0])
-        raise FileError(
-            f"{where}: row {row + first_row}, column {JOINT_NAMES[joint]}_deg: "
-            f"{angles[row, joint]:g} deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it"
-        )
 
 
 def _postures_text(time: Array, q: Array) -> str:

@@ -17,12 +17,13 @@ import mujoco
 
 from handsim.hand.grasp_task import Task
 from handsim.learning.controller import GraspController
-from handsim.simulation.closed_loop import run_alone, silent
+from handsim.simulation.closed_loop import run_alone
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.drivers import Driver, learned_driver
 from handsim.simulation.lockstep import Job, Lockstep
 from handsim.simulation.plan import GraspPlan, schedule_for
 from handsim.simulation.rollout import Rollout
+from handsim.simulation.silence import silent
 from handsim.simulation.stage import Stage
 
 

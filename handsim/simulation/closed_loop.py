@@ -7,9 +7,6 @@ the reach is over the targets stay what they are, so that all that follows is co
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import mujoco
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +19,7 @@ from handsim.simulation.plan import GraspPlan, Schedule, schedule_for
 from handsim.simulation.rollout import Rollout
 from handsim.simulation.seen import judged
 from handsim.simulation.sensing import SLOTS, Senses, contacts_of
+from handsim.simulation.silence import silent
 from handsim.simulation.stage import Stage
 
 Array = npt.NDArray[np.float64]
@@ -44,17 +42,6 @@ LOOKED_AT = 25
 velocities between steps cost 4 % of the steps, far more than the look itself takes."""
 NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 """Bit of the model's options that keeps sensors from being computed."""
-
-
-@contextmanager
-def silent() -> Iterator[None]:
-    """Keep MuJoCo from telling the terminal and a log file what the outcome will tell."""
-    kept = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(kept)
 
 
 @silent()

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from handsim.content import ByContent
 from handsim.errors import FileError, InputError
 from handsim.files import read_archive, write_archive
 from handsim.joints import FINGERS, N_JOINTS
@@ -63,9 +64,9 @@ class _Text:
         object.__setattr__(instance, self._name, value)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Rollout:
-    """A simulated grasp.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rollout(ByContent):
+    """A simulated grasp; equal to another that holds the same, to the bit.
 
     Attributes
     ----------

@@ -20,8 +20,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from handsim.simulation.closed_loop import MAX_SPEED, silent
+from handsim.simulation.closed_loop import MAX_SPEED
 from handsim.simulation.rollout import Rollout
+from handsim.simulation.silence import silent
 from handsim.simulation.trials import MAX_PENETRATION, Reason
 
 Array = npt.NDArray[np.float64]

@@ -21,9 +21,11 @@ from handsim.simulation.sensing import add_senses
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stage:
     """A compiled scene and where its parts are, to be simulated in many times over.
+
+    As its state changes while it is simulated, it is equal to itself alone.
 
     Attributes
     ----------

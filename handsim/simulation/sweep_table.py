@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from handsim.disk import naming
 from handsim.errors import FileError
 from handsim.files import check_target, write_text
 
@@ -78,10 +79,18 @@ class ResultsTable:
             self._append(self.header)
 
     def _append(self, line: str) -> None:
+        """Write a line to the end of the file, or nothing of it."""
         assert self._stream is not None
-        self._stream.write(line.encode())
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
+        file = self._stream.fileno()
+        before, rest = os.fstat(file).st_size, line.encode()
+        with naming(self.path):
+            try:
+                while rest:  # without a buffer, which would be tried again as the file is closed
+                    rest = rest[os.write(file, rest) :]
+                os.fsync(file)
+            except OSError:
+                os.ftruncate(file, before)
+                raise
 
     def _check_torn(self, line: bytes, *, first: bool) -> None:
         if len(line) == MAX_LINE or (first and not self.header.encode().startswith(line)):
@@ -152,7 +161,9 @@ def _locked(path: Path) -> Iterator[BinaryIO]:
     """Open a file to read and append, for this process alone for as long as it is open."""
     while True:
         # The lock goes with the process, however it ends, and its children do not have it.
-        stream = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666), "r+b")
+        with naming(path):
+            file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        stream = os.fdopen(file, "r+b")
         with stream:
             _lock(stream, path)
             if path.exists() and os.path.samestat(os.fstat(stream.fileno()), path.stat()):

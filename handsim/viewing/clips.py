@@ -30,9 +30,9 @@ class Overlay(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Clip:
-    """A movement of a model.
+    """A movement of a model, equal to itself alone, as MuJoCo's models are.
 
     Attributes
     ----------

@@ -18,15 +18,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
-from handsim.errors import MissingToolError, UnknownNameError
+from handsim.errors import MissingToolError, RenderingError
+from handsim.viewing.forking import check_not_forked, note_rendering
+from handsim.viewing.gl_setting import VARIABLE, named_backend, reason_of
 
 PROBE_TIMEOUT_S = 60.0
 """A driver that hangs is given up after this time [s]; a cold start takes about 1.5 s."""
 SOFTWARE_DRIVERS = ("llvmpipe", "softpipe", "swrast", "software", "swiftshader")
 _CANDIDATES = {"Linux": ("egl", "osmesa"), "Darwin": ("cgl",), "Windows": ("glfw",)}
-_KNOWN = ("egl", "osmesa", "glfw", "glx", "cgl", "wgl")
+_WINDOWED = ("glfw", "glx", "wgl")
 _MODULES = {"glx": "glfw", "wgl": "glfw"}
 _PACKAGES = {
     "apt-get": {"egl": "libegl1 libgl1-mesa-dri", "osmesa": "libosmesa6"},
@@ -91,45 +93,82 @@ def probe(backend: str, seconds: float = 0.3) -> ProbeResult:
 def choose_backend() -> str:
     """Return the backend to render with, and set MUJOCO_GL to it.
 
-    MUJOCO_GL is respected where it is set; call this before MuJoCo is imported, which fails when
-    the backend named there is not installed. Otherwise the first of EGL and OSMesa that renders a
+    A backend that MUJOCO_GL names is respected; call this before MuJoCo is imported, which fails
+    when the one named there is not installed. Otherwise the first of EGL and OSMesa that renders a
     frame is taken, once a process.
 
     Raises
     ------
     UnknownNameError
-        If MUJOCO_GL names no backend.
+        If MUJOCO_GL says nothing that MuJoCo takes on this system.
+    RenderingError
+        If MUJOCO_GL turns rendering off, or this process was forked from one that has rendered.
     MissingToolError
-        If nothing renders, or the backend that MUJOCO_GL names is not installed, with the command
+        If nothing renders, or the backend that MUJOCO_GL names does not open, with the command
         that installs what is missing.
     """
-    wanted = os.environ.get("MUJOCO_GL", "").strip().lower()
+    check_not_forked()
+    wanted = named_backend()
+    if wanted is None:
+        said = os.environ[VARIABLE].strip()
+        raise RenderingError(f"{VARIABLE}={said} turns rendering off; {_another()}")
     if wanted:
-        if wanted not in _KNOWN:
-            raise UnknownNameError("OpenGL backend in MUJOCO_GL", wanted, _KNOWN)
-        _import_mujoco(wanted)
+        try:
+            importlib.import_module("mujoco")
+            if wanted in _WINDOWED:
+                _start_windows()
+        except Exception as error:  # ImportError, AttributeError, RuntimeError, GLFWError
+            raise does_not_open(wanted, error) from error
         return wanted
     chosen = _first_that_renders()
-    os.environ["MUJOCO_GL"] = chosen
+    os.environ[VARIABLE] = chosen
     return chosen
 
 
-def _import_mujoco(backend: str) -> None:
-    try:
-        importlib.import_module("mujoco")
-    except Exception as error:  # ImportError, AttributeError, RuntimeError
-        raise _does_not_open(backend, error) from error
-
-
-def _does_not_open(backend: str, error: Exception) -> MissingToolError:
-    lines = str(error).strip().splitlines()
-    # PyOpenGL looks up its functions in None when it has found no library.
-    no_library = isinstance(error, AttributeError) or not lines
-    reason = "its library is not installed" if no_library else lines[0]
-    return MissingToolError(
-        f"OpenGL backend '{backend}' does not open ({reason}); unset MUJOCO_GL to have another one "
-        f"chosen, or run: {install_command(backend)}"
+def does_not_open(backend: str, error: Exception) -> MissingToolError:
+    """Return the error of a backend that cannot be rendered with here, and what can be done."""
+    remedy = (
+        "start it where there is a display"
+        if backend in _WINDOWED
+        else f"run: {install_command(backend)}"
     )
+    return MissingToolError(
+        f"OpenGL backend '{backend}' does not open ({reason_of(error)}); {_another()}, or {remedy}"
+    )
+
+
+def _another() -> str:
+    """Say what is left to draw with here where MUJOCO_GL is unset."""
+    try:
+        return f"unset {VARIABLE} to draw with {_first_that_renders()}, which renders here"
+    except MissingToolError as error:
+        return f"unset {VARIABLE}; of the others, {error}"
+
+
+def _start_windows() -> None:
+    """Check that there is a display to open a window on, as GLFW needs even where none is shown.
+
+    Raises
+    ------
+    RuntimeError
+        If there is none.
+    """
+    with _quiet_glfw() as glfw:
+        if not glfw.init():
+            _, text = glfw.get_error()
+            words = text.decode() if isinstance(text, bytes) else str(text or "")
+            raise RuntimeError(words or "there is no display")
+
+
+@contextmanager
+def _quiet_glfw() -> Iterator[Any]:
+    """Give GLFW's module, which usually warns of what goes wrong."""
+    glfw: Any = importlib.import_module("glfw")
+    usual, glfw.ERROR_REPORTING = glfw.ERROR_REPORTING, "ignore"
+    try:
+        yield glfw
+    finally:
+        glfw.ERROR_REPORTING = usual
 
 
 @functools.cache
@@ -164,24 +203,36 @@ def gl_context() -> Iterator[GLContext]:
 
     Raises
     ------
-    MissingToolError
-        If it cannot be opened, as when MUJOCO_GL names a backend that is not installed.
+    UnknownNameError, RenderingError, MissingToolError
+        As in `choose_backend`, or if the context cannot be opened.
     """
     backend = choose_backend()
+    note_rendering()
     try:
-        if backend in ("egl", "osmesa"):  # else PyOpenGL may load for a backend set earlier
-            os.environ["PYOPENGL_PLATFORM"] = backend
-        # The class is taken from the backend's own module since mujoco.GLContext is fixed when
-        # mujoco is imported, which may have been before a backend was chosen.
-        module = importlib.import_module(f"mujoco.{_MODULES.get(backend, backend)}")
-        context = module.GLContext(16, 16)  # frames are drawn off screen, in buffers of their own
+        context = _opened(backend)
         context.make_current()
     except Exception as error:  # ImportError, AttributeError, RuntimeError, GLError, OSError
-        raise _does_not_open(backend, error) from error
+        raise does_not_open(backend, error) from error
     try:
         yield context
     finally:
         context.free()
+
+
+def _opened(backend: str) -> Any:
+    """Return a new context of a backend; frames are drawn off screen, in buffers of their own."""
+    if backend in ("egl", "osmesa"):  # else PyOpenGL may load for a backend set earlier
+        os.environ["PYOPENGL_PLATFORM"] = backend
+    # The class is taken from the backend's own module since mujoco.GLContext is fixed when
+    # mujoco is imported, which may have been before a backend was chosen.
+    module = importlib.import_module(f"mujoco.{_MODULES.get(backend, backend)}")
+    if backend not in _WINDOWED:
+        return module.GLContext(16, 16)
+    with _quiet_glfw():
+        context = module.GLContext(16, 16)
+    if not context._context:  # GLFW returns nothing where it cannot open a window
+        raise RuntimeError("no window can be opened on the display")
+    return context
 
 
 def driver_name() -> str:

@@ -15,7 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError, UnknownNameError
-from handsim.viewing.gl import GLContext, driver_name, gl_context, is_software
+from handsim.viewing.gl import (
+    GLContext,
+    choose_backend,
+    does_not_open,
+    driver_name,
+    gl_context,
+    is_software,
+)
 
 Frame = npt.NDArray[np.uint8]
 Vector = npt.NDArray[np.float64]
@@ -198,6 +205,8 @@ class Stage:
         quality.shadowsize = quality.shadowsize if self.shadows else 0
         try:
             context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
+        except mujoco.FatalError as error:  # a driver without what MuJoCo needs
+            raise does_not_open(choose_backend(), error) from error
         finally:
             vis.offwidth, vis.offheight, quality.shadowsize = kept
         self._closing.callback(self._free, context)

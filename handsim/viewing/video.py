@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from handsim.disk import space_remedy
 from handsim.errors import FileError, InputError, MissingToolError
 from handsim.files import replacing
 from handsim.viewing.overlay import draw_text
@@ -83,7 +84,11 @@ def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
             raise InputError(f"{path}: size {width}x{height}; H.264 takes even sizes, give {even}")
         count, failure = _encode(chain([first], stream), temporary, fps)
         if failure:
-            raise FileError(f"{path}: the encoder stopped ({failure}); check the free disk space")
+            size = temporary.stat().st_size if temporary.exists() else 0
+            remedy = (
+                space_remedy(path, size) if "No space" in failure else "check the encoder's options"
+            )
+            raise FileError(f"{path}: the encoder stopped ({failure}); {remedy}")
     return count
 
 

@@ -5,8 +5,7 @@ import trimesh
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import data_folder
-from handsim.hand.grasp_object import Piece, TriangleMesh
-from handsim.hand.object_meshes import all_meshes, obj_text
+from handsim.hand.grasp_object import Piece
 from handsim.hand.objects import OBJECTS, add_object, object_by_name, read_mesh
 from handsim.hand.scene import build_scene
 
@@ -315,24 +314,6 @@ def test_a_hinge_started_open_is_where_its_angle_puts_it(
         places.append((data.body(hinge).xipos.copy(), data.body(hinge).ximat.copy()))
     np.testing.assert_allclose(places[0][0], places[1][0], atol=1e-9)
     np.testing.assert_allclose(places[0][1], places[1][1], atol=1e-9)
-
-
-def test_committed_meshes_are_what_the_code_makes() -> None:
-    pytest.importorskip("manifold3d", reason="object meshes are made with manifold3d")
-    folder = data_folder("assets") / "objects"
-    made = all_meshes()
-    assert {path.stem for path in folder.glob("*.obj")} == set(made)
-    for name, text in made.items():
-        assert (folder / f"{name}.obj").read_text(encoding="utf-8") == text, name
-
-
-def test_a_mesh_with_a_hole_is_refused_by_name() -> None:
-    mesh = read_mesh("cube")
-    with pytest.raises(InputError, match="'holey' is not watertight"):
-        obj_text("holey", TriangleMesh(mesh.vertices, mesh.faces[1:]))
-    inside_out = TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
-    with pytest.raises(InputError, match="'inverted' is not watertight"):
-        obj_text("inverted", inside_out)
 
 
 def test_a_missing_mesh_is_named() -> None:

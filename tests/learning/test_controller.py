@@ -1,5 +1,6 @@
 """The controller, whichever learner made it: one contract; files; postures; bad input."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -145,8 +146,24 @@ def test_demonstrations_are_found_by_name_and_task(learned: tuple) -> None:
     last = controller.demonstrations[-1].name
     assert controller.demonstration(last).name == last
     assert controller.demonstration("object-1-grasp").name == "object-1-0"
-    with pytest.raises(UnknownNameError, match="object-1"):
+
+
+def test_demonstrations_are_found_by_object_the_first_of_several(learned: tuple) -> None:
+    controller = learned.controller
+    assert controller.demonstration("object-1").name == "object-1-0"
+    with pytest.raises(UnknownNameError, match="'objekt-1'; did you mean object-1") as raised:
         controller.demonstration("objekt-1")
+    assert "task, recording or object" in str(raised.value)
+    assert set(raised.value.known) >= {"object-1", "object-1-0", "object-1-grasp"}
+
+
+def test_the_name_of_a_task_goes_before_that_of_an_object(learned: tuple) -> None:
+    one = replace(learned.controller.demonstrations[0], name="a", task="cube-raise", object="pen")
+    other = replace(one, name="b", task="pen", object="cube")
+    controller = replace(learned.controller, demonstrations=(one, other))
+    assert controller.demonstration("pen") is other
+    assert controller.demonstration("cube") is other
+    assert controller.demonstration("cube-raise") is one
 
 
 def test_bad_input(learned: tuple) -> None:

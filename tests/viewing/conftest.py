@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from handsim.errors import MissingToolError
+from handsim.errors import MissingToolError, RenderingError
 from handsim.viewing.gl import choose_backend
 from handsim.viewing.stage import Frame
 
@@ -35,7 +35,7 @@ def rendering() -> str:
     """The backend that renders here; tests that draw are skipped where there is none."""
     try:
         return choose_backend()
-    except MissingToolError as error:
+    except (MissingToolError, RenderingError) as error:
         pytest.skip(str(error))
 
 

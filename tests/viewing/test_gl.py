@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from handsim.errors import MissingToolError, UnknownNameError
+from handsim.errors import MissingToolError, RenderingError, UnknownNameError
 from handsim.viewing import gl
 from handsim.viewing.gl import ProbeResult
 
@@ -13,7 +13,8 @@ from handsim.viewing.gl import ProbeResult
 @pytest.fixture
 def fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
     """No backend chosen yet, whatever was chosen before this test."""
-    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setenv("MUJOCO_GL", "")  # so that what is chosen is forgotten afterwards
+    monkeypatch.delenv("MUJOCO_GL")
     monkeypatch.setattr(gl.platform, "system", lambda: "Linux")
     gl._first_that_renders.cache_clear()
     yield monkeypatch
@@ -58,10 +59,12 @@ def test_named_backend_without_its_library(fresh: pytest.MonkeyPatch) -> None:
         raise AttributeError("'NoneType' object has no attribute 'glGetError'")
 
     fresh.setenv("MUJOCO_GL", "osmesa")
+    fresh.setattr(gl, "probe", probing("egl", []))
     fresh.setattr(gl.importlib, "import_module", no_library)
     with pytest.raises(MissingToolError) as raised:
         gl.choose_backend()
     assert "'osmesa' does not open (its library is not installed)" in str(raised.value)
+    assert "unset MUJOCO_GL to draw with egl, which renders here" in str(raised.value)
     assert str(raised.value).endswith(gl.install_command("osmesa"))
 
 
@@ -137,15 +140,76 @@ def test_probe_survives_a_driver_that_aborts(
     assert "died" in result.reason
 
 
-def test_backend_that_does_not_open_is_named_with_its_remedy(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setenv("MUJOCO_GL", "cgl" if sys.platform == "linux" else "egl")
+def failing(name: str) -> None:
+    raise RuntimeError("no device\nsecond line")
+
+
+def test_backend_that_does_not_open_is_named_with_its_remedy(fresh: pytest.MonkeyPatch) -> None:
+    fresh.setattr(gl, "probe", probing(None, []))
+    fresh.setattr(gl, "_opened", failing)
+    fresh.setenv("MUJOCO_GL", "egl")
+    fresh.setattr(gl, "note_rendering", lambda: None)
     with (
-        pytest.raises(MissingToolError, match=r"does not open .* unset MUJOCO_GL"),
+        pytest.raises(
+            MissingToolError, match=r"does not open \(no device\); unset MUJOCO_GL"
+        ) as got,
         gl.gl_context(),
     ):
         pass
+    assert "no OpenGL backend renders (egl: no library; osmesa: no library)" in str(got.value)
+    assert str(got.value).endswith(gl.install_command("egl"))
+    assert "\n" not in str(got.value)
+
+
+@pytest.mark.parametrize("backend", ["glfw", "glx", " GLFW "])
+def test_windows_without_a_display_are_refused_before_anything_is_drawn(
+    fresh: pytest.MonkeyPatch, backend: str
+) -> None:
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        fresh.delenv(variable, raising=False)
+    if not sys.platform.startswith("linux"):
+        pytest.skip("windows can be opened without a display server's name elsewhere")
+    fresh.setattr(gl, "probe", probing("osmesa", []))
+    fresh.setenv("MUJOCO_GL", backend)
+    name = backend.strip().lower()
+    with pytest.raises(MissingToolError, match=rf"'{name}' does not open .*DISPLAY") as raised:
+        gl.choose_backend()
+    assert "unset MUJOCO_GL to draw with osmesa, which renders here" in str(raised.value)
+    assert str(raised.value).endswith("or start it where there is a display")
+
+
+def test_a_window_that_does_not_open_is_no_context(fresh: pytest.MonkeyPatch) -> None:
+    class Nothing:
+        def __init__(self, *size: int) -> None:
+            self._context = None
+
+    fresh.setattr(gl, "_start_windows", lambda: None)
+    fresh.setattr(gl, "note_rendering", lambda: None)
+    fresh.setattr(gl, "probe", probing("egl", []))
+    fresh.setenv("MUJOCO_GL", "glx")
+    fresh.setattr("mujoco.glfw.GLContext", Nothing)
+    with pytest.raises(MissingToolError, match=r"'glx' does not open \(no window"), gl.gl_context():
+        pass
+
+
+@pytest.mark.parametrize("word", ["off", "Disable", "0", "false", "disabled"])
+def test_rendering_that_is_turned_off_says_so(fresh: pytest.MonkeyPatch, word: str) -> None:
+    fresh.setattr(gl, "probe", probing("egl", []))
+    fresh.setenv("MUJOCO_GL", word)
+    with pytest.raises(
+        RenderingError, match=rf"MUJOCO_GL={word} turns rendering off; unset .* egl"
+    ):
+        gl.choose_backend()
+
+
+@pytest.mark.parametrize("word", ["on", "Enable", "1", "true", "enabled"])
+def test_rendering_that_is_turned_on_leaves_the_choice_open(
+    fresh: pytest.MonkeyPatch, word: str
+) -> None:
+    fresh.setattr(gl, "probe", probing("osmesa", []))
+    fresh.setenv("MUJOCO_GL", word)
+    assert gl.choose_backend() == "osmesa"
+    assert gl.os.environ["MUJOCO_GL"] == "osmesa"
 
 
 def test_choosing_costs_nothing_before_it_is_asked_for() -> None:

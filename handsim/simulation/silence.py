@@ -1,0 +1,61 @@
+"""Keep MuJoCo's warnings from the terminal and from a log file while runs are under way.
+
+MuJoCo has one handler of warnings for the whole process, which every thread shares. So runs are
+counted: the first puts a handler that hears nothing in its place, the last one puts the user's own
+back, in whatever order they end.
+"""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import mujoco
+
+Handler = Callable[[str], None]
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Keep MuJoCo from telling the terminal and a log file what the outcome will tell.
+
+    Any number of threads may be inside at once, and one of them more than once. A handler that is
+    set meanwhile by somebody else is not touched on leaving.
+    """
+    _quiet.enter()
+    try:
+        yield
+    finally:
+        _quiet.leave()
+
+
+class _Quiet:
+    """How many are inside, and whose handler waits to be put back."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._inside = 0
+        self._kept: Handler | None = None
+
+    def enter(self) -> None:
+        with self._lock:
+            current = mujoco.get_mju_user_warning()
+            if current is not _unheard:  # the first inside, or somebody has set one meanwhile
+                self._kept = current
+                mujoco.set_mju_user_warning(_unheard)
+            self._inside += 1
+
+    def leave(self) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0 and mujoco.get_mju_user_warning() is _unheard:
+                mujoco.set_mju_user_warning(self._kept)
+                self._kept = None
+
+
+def _unheard(text: str) -> None:
+    """Hear a warning that the outcome of the run will tell."""
+
+
+_quiet = _Quiet()
