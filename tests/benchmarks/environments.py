@@ -4,8 +4,9 @@ Run: .venv/bin/python tests/benchmarks/environments.py [--tasks N] [--python OTH
 
 Each environment is a child process that learns from the built-in recordings, moves, and grasps by
 the built-in plans; all are compared with the first. A kernel counts only where it is in force, and
-where the processor runs it. ``--python`` takes interpreters with other versions of the libraries.
-The tolerances of `handsim.baseline.tolerances` are what this prints, rounded up.
+where the processor runs it. ``--python`` takes interpreters with other versions of the libraries
+and handsim installed.
+The tolerances of `handsim.baseline.tolerances` come from the line "rounded up".
 """
 
 import argparse
@@ -24,6 +25,7 @@ import numpy as np
 
 from handsim.baseline import Baseline, Environment, Outputs, answer, questions_for
 from handsim.baseline.comparison import deviation_deg
+from handsim.baseline.environment import differences
 from handsim.baseline.outputs import Questions
 from handsim.baseline.store import read_baseline, write_baseline
 from handsim.baseline.tolerances import MEASURES, Tolerances
@@ -49,7 +51,7 @@ print(*{i["architecture"] for i in threadpoolctl.threadpool_info() if i["user_ap
 """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Variant:
     """One environment: an interpreter and the variables that it is started with."""
 
@@ -172,7 +174,11 @@ def main() -> None:
             continue
         rows[variant.name] = {"coefficients": off(first[1], learned)} | apart(first[0], baseline)
         show(variant.name, rows[variant.name], names)
-    show("greatest", {name: max(row[name] for row in rows.values()) for name in names}, names)
+        here = differences(first[0].environment, baseline.environment)
+        print("    " + ("; ".join(here).replace(" in the baseline", "") or "no difference"))
+    greatest = {name: max(row[name] for row in rows.values()) for name in names}
+    show("greatest", greatest, names)
+    show("rounded up", {name: rounded_up(value) for name, value in greatest.items()}, names)
     limits = Tolerances()
     usual = {kind: limits.of_answer(kind) for kind in KINDS} | MEASURES
     show("tolerance", usual | {"coefficients": 1e-6, "verdicts": 0.0}, names)
@@ -200,6 +206,14 @@ def off(one: GraspController, other: GraspController) -> float:
     """Return the greatest difference of coefficients; infinite where there are others."""
     a, b = (c.navigation.obstacle.chi.coefficients for c in (one, other))
     return float(np.abs(a - b).max()) if a.shape == b.shape else np.inf
+
+
+def rounded_up(value: float) -> float:
+    """Return the next of 1, 2 and 5 times a power of ten."""
+    if not value > 0:
+        return 0.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return next(float(step * power) for step in (1, 2, 5, 10) if value <= step * power * 1.0001)
 
 
 def show(name: str, row: Mapping[str, float], names: tuple[str, ...]) -> None:
