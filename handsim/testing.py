@@ -15,15 +15,16 @@ The baseline is what ``handsim baseline record baseline.npz --controller control
 from pathlib import Path
 
 from handsim.baseline.check import check_baseline
-from handsim.baseline.comparison import Report, Tolerances
+from handsim.baseline.report import Report
 from handsim.baseline.store import read_baseline
+from handsim.baseline.tolerances import Tolerances
 from handsim.learning.controller import GraspController
 from handsim.motion.recording import RecordingSet
 from handsim.simulation.conditions import Conditions
 
 
 def assert_as_baseline(
-    controller: GraspController,
+    controller: GraspController | Path | str,
     baseline: Path | str,
     *,
     recordings: RecordingSet | None = None,
@@ -36,6 +37,7 @@ def assert_as_baseline(
     Parameters
     ----------
     controller
+        A controller, or the file of one.
     baseline
         Baseline file.
     recordings
@@ -54,11 +56,14 @@ def assert_as_baseline(
     Raises
     ------
     AssertionError
-        With one line for each thing that moved, worst first.
+        With one line for each thing that moved, worst first; what differs between the environment
+        of the baseline and this one comes before that.
     FileError
-        If the baseline cannot be read.
+        If the baseline or the controller cannot be read.
     """
     __tracebackhide__ = True  # pytest shows the caller's line
+    if isinstance(controller, Path | str):
+        controller = GraspController.load(Path(controller))
     report, _ = check_baseline(
         read_baseline(Path(baseline)), controller, recordings, conditions, tolerances, ignore_inputs
     )

@@ -2,10 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from importlib.metadata import version
 
-from handsim.baseline.comparison import Report, Tolerances, compare
+from handsim.baseline.comparison import compare, not_numbers
+from handsim.baseline.environment import Environment
 from handsim.baseline.outputs import Outputs, answer, questions_for
-from handsim.baseline.store import Baseline, versions_here
+from handsim.baseline.report import Report
+from handsim.baseline.store import Baseline
+from handsim.baseline.tolerances import Tolerances
 from handsim.errors import InputError
 from handsim.learning.controller import GraspController
 from handsim.motion.recording import RecordingSet
@@ -38,7 +42,14 @@ def record_baseline(
     """
     questions = questions_for(controller, plans)
     outputs = answer(controller, questions, recordings, conditions, progress)
-    return Baseline(questions, outputs, recordings is not None, versions_here(), ("recorded",))
+    return Baseline(
+        questions,
+        outputs,
+        relearned=recordings is not None,
+        environment=Environment.here(),
+        handsim=version("handsim"),
+        reasons=("recorded",),
+    )
 
 
 def check_baseline(
@@ -67,8 +78,11 @@ def check_baseline(
         raise InputError("the baseline includes learning; give the recordings to learn from")
     learned_from = recordings if baseline.relearned else None
     outputs = answer(controller, baseline.questions, learned_from, conditions, progress)
-    versions = (baseline.versions, versions_here())
-    report = compare(baseline.outputs, outputs, tolerances, versions, ignore_inputs)
+    environments = (baseline.environment, Environment.here())
+    now = version("handsim")
+    other = f"handsim {baseline.handsim} in the baseline, {now} here"
+    notes = () if baseline.handsim == now else (other,)
+    report = compare(baseline.outputs, outputs, tolerances, environments, ignore_inputs, notes)
     return report, outputs
 
 
@@ -78,13 +92,16 @@ def updated(baseline: Baseline, outputs: Outputs, reason: str) -> Baseline:
     Raises
     ------
     InputError
-        If there is no reason.
+        If there is no reason, or an answer is no number and could not be compared with again.
     """
     if not reason.strip():
         raise InputError("an update needs a reason; say why the new answers are right")
+    for fault in not_numbers(outputs):
+        raise InputError(f"{fault}; no such answer can be taken for right, the baseline stays")
     return replace(
         baseline,
         outputs=outputs,
-        versions=versions_here(),
+        environment=Environment.here(),
+        handsim=version("handsim"),
         reasons=(*baseline.reasons, " ".join(reason.split())),
     )

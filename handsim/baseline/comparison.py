@@ -1,162 +1,32 @@
-"""What has moved between two sets of answers, worst first."""
+"""What has moved between two sets of answers, worst first.
+
+Limits are written so that what is no number is beyond them: ``not distance <= limit``.
+"""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from math import isfinite
 
 import numpy as np
 
+from handsim.baseline.environment import Environment, differences
+from handsim.baseline.inputs import SCHEMA_OF_INPUTS
 from handsim.baseline.outputs import Outputs, Trace
-from handsim.errors import InputError
-from handsim.joints import JOINT_NAMES, Array
+from handsim.baseline.report import GOOD, ORDER, Change, Finding, Report
+from handsim.baseline.tolerances import ENVIRONMENT_LIMITS, Tolerances
+from handsim.joints import JOINT_NAMES, N_JOINTS, Array
 from handsim.learning.paths import path_error
 
-Kind = Literal["outcome", "missing", "movement", "measure", "input"]
-_RANK: dict[Kind, int] = {"outcome": 0, "missing": 1, "movement": 2, "measure": 3, "input": 4}
-MEASURES = {
-    "lift_m": 0.003,
-    "peak_slip_m": 0.001,
-    "peak_tilt_deg": 5.0,
-    "hold_s": 0.05,
-    "penetration_m": 0.0002,
-}
-"""How far what a grasp is judged by may move."""
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """How far answers may move.
-
-    On one machine with one set of versions every answer repeats to the bit, whatever the process
-    or the number of threads. From MuJoCo 4.0.0 to 3.17.0, 21 grasps, no outcome changes. In those
-    that hold the glove's readings move by 1 deg, one of its steps, and in the worst three by 2 to
-    4; slip by up to 0.41 mm, tilt by 3.8 deg, lift by 2.1 mm, the time held by 0.02 s, penetration
-    by 0.11 mm. One that fails moves by more; of those only the outcome is compared. Movements,
-    which MuJoCo has no part in, do not move at all. The defaults leave that and little more, so
-    that within one version smaller ones can be asked for.
-
-    Attributes
-    ----------
-    movement_deg, grasp_deg
-        Largest deviation of a joint in a movement, and in a grasp [deg].
-    measures
-        By name of the measure, in its own unit.
-    """
-
-    movement_deg: float = 0.01
-    grasp_deg: float = 5.0
-    measures: Mapping[str, float] = field(default_factory=lambda: dict(MEASURES))
-
-    def __post_init__(self) -> None:
-        """Check that none is negative.
-
-        Raises
-        ------
-        InputError
-            If one is.
-        """
-        for name, value in (("movement", self.movement_deg), ("grasp", self.grasp_deg)):
-            if not 0 <= value < np.inf:
-                raise InputError(f"tolerance of a {name} of {value:g} deg; give 0 or more")
-
-
-@dataclass(frozen=True)
-class Change:
-    """How one answer differs from the baseline's.
-
-    Attributes
-    ----------
-    name
-    joint, deviation_deg, time_s
-        The joint that deviates most, by how much and when.
-    path_deg
-        Root-mean-square distance of the paths of all joints, each over its own length [deg].
-    before, after
-        Verdicts.
-    measures
-        Before and after, of those beyond their tolerance.
-    tolerance_deg
-        Of the joint's deviation.
-    """
-
-    name: str
-    joint: str
-    deviation_deg: float
-    time_s: float
-    path_deg: float
-    before: str
-    after: str
-    measures: dict[str, tuple[float, float]]
-    tolerance_deg: float
-
-    @property
-    def within(self) -> bool:
-        """Whether it is no change within the tolerances."""
-        return not (
-            self.before != self.after or self.measures or self.deviation_deg > self.tolerance_deg
-        )
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that moved, in words for people."""
-
-    kind: Kind
-    name: str
-    text: str
-    harm: float
-
-
-@dataclass(frozen=True)
-class Report:
-    """The outcome of a check.
-
-    Attributes
-    ----------
-    findings
-        What moved beyond its tolerance, worst first.
-    changes
-        Of every answer that both have.
-    notes
-        What differs without being counted: versions, and inputs where those are ignored.
-    """
-
-    findings: tuple[Finding, ...]
-    changes: tuple[Change, ...]
-    notes: tuple[str, ...]
-
-    @property
-    def ok(self) -> bool:
-        """Whether nothing moved."""
-        return not self.findings
-
-    def as_json(self) -> dict[str, Any]:
-        """Return what `handsim baseline check --json` says."""
-        return {
-            "ok": self.ok,
-            "findings": [asdict(finding) for finding in self.findings],
-            "notes": list(self.notes),
-            "answers": [asdict(change) | {"within": change.within} for change in self.changes],
-        }
-
-    def as_text(self) -> str:
-        """Return it in lines for people."""
-        head = (
-            f"{len(self.changes)} answers as in the baseline"
-            if self.ok
-            else f"{len(self.findings)} findings in {len(self.changes)} answers, worst first"
-        )
-        width = max((len(finding.name) for finding in self.findings), default=0)
-        rows = [f"{f.kind:<9} {f.name:<{width}}  {f.text}" for f in self.findings]
-        return "\n".join([head, *rows, *(f"note: {note}" for note in self.notes)])
+SAME_TIME = 1e-6
+"""Difference of last times below which two answers last equally long [s]."""
 
 
 def compare(
     before: Outputs,
     after: Outputs,
     tolerances: Tolerances | None = None,
-    versions: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {}),
+    environments: tuple[Environment, Environment] | None = None,
     ignore_inputs: bool = False,
+    notes: tuple[str, ...] = (),
 ) -> Report:
     """Compare answers with the baseline's.
 
@@ -165,49 +35,85 @@ def compare(
     before, after
         The baseline's answers and the new ones.
     tolerances
-    versions
-        Of the baseline and of now; differences are noted.
+    environments
+        In which the baseline and the new answers were made. Where they differ, the inputs are the
+        same and an answer has moved no further than `ENVIRONMENT_LIMITS`, the finding is one of
+        the environment.
     ignore_inputs
         Note changed inputs instead of counting them: a controller learned anew differs in all its
         numbers, and the question is what it does.
+    notes
+        What else to say.
     """
     tolerances = tolerances or Tolerances()
-    common = [name for name in before.traces if name in after.traces]
-    changes = [
-        trace_change(name, before.traces[name], after.traces[name], tolerances) for name in common
-    ]
-    findings = [finding for change in changes for finding in _findings(change)]
-    for name in before.traces:
-        if name not in after.traces:
-            findings.append(Finding("missing", name, "is not made any more", np.inf))
+    names = list(dict.fromkeys([*before.traces, *after.traces]))
+    changes: list[Change] = []
+    findings: list[Finding] = []
+    for name in names:
+        faults = _faults(name, before.traces.get(name), after.traces.get(name))
+        findings += faults
+        if not faults:
+            changes.append(trace_change(name, before.traces[name], after.traces[name], tolerances))
     inputs = _input_findings(before.inputs, after.inputs)
-    notes = [
-        f"{name} {versions[0].get(name, 'none')} in the baseline, {now} here"
-        for name, now in versions[1].items()
-        if versions[0].get(name) != now
-    ]
+    elsewhere = differences(*environments) if environments and not inputs else ()
+    for change in changes:
+        findings += _findings(change, elsewhere)
     if ignore_inputs:
-        notes += [f"{finding.name} {finding.text}" for finding in inputs]
+        notes += tuple(f"{finding.name} {finding.text}" for finding in inputs)
     else:
         findings += inputs
-    findings.sort(key=lambda finding: (_RANK[finding.kind], -finding.harm, finding.name))
-    return Report(tuple(findings), tuple(changes), tuple(notes))
+    findings.sort(key=lambda finding: (ORDER.index(finding.kind), -finding.harm, finding.name))
+    return Report(tuple(findings), tuple(changes), notes, len(names), environments)
+
+
+def unusable(trace: Trace) -> list[str]:
+    """Say why the postures of an answer cannot be compared, if so."""
+    time, q = np.asarray(trace.time), np.asarray(trace.q)
+    if time.ndim != 1 or q.shape != (len(time), N_JOINTS):
+        return [f"has postures of shape {q.shape} for times of shape {time.shape}"]
+    if not len(time):
+        return ["has no frames"]
+    bad = ~np.isfinite(q)
+    if bad.any():
+        frame, joint = np.argwhere(bad)[0]
+        return [
+            f"is no number in {bad.any(axis=1).sum()} of {len(q)} frames, "
+            f"first {JOINT_NAMES[joint]} at {time[frame]:.2f} s"
+        ]
+    if not (np.isfinite(time).all() and (np.diff(time) > 0).all()):
+        return ["has times that do not increase"]
+    return []
+
+
+def not_numbers(outputs: Outputs) -> list[str]:
+    """Name all that could not be compared with anything, were these answers taken for right."""
+    return [
+        f"{name} {text}"
+        for name, trace in outputs.traces.items()
+        for text in (
+            *unusable(trace),
+            *(f"has {m} {v}" for m, v in trace.measures.items() if not isfinite(v)),
+        )
+    ]
 
 
 def trace_change(name: str, before: Trace, after: Trace, tolerances: Tolerances) -> Change:
-    """Measure how far one answer moved; a shorter one stays where it ends."""
-    grasp = name.startswith("grasp/")
-    failed = grasp and before.verdict != "held"
+    """Measure how far one answer moved; a shorter one stays where it ends.
+
+    Of a grasp that failed in the baseline only the outcome is compared, and that it is measured in
+    numbers: it may fail in another way each time.
+    """
+    failed = name.startswith("grasp/") and before.verdict != "held"
     time, apart = deviation_deg(before, after)
     frame, joint = np.unravel_index(int(apart.argmax()), apart.shape)
-    measures = {
-        measure: (value, after.measures[measure])
-        for measure, value in before.measures.items()
-        if not failed
-        and measure in after.measures
-        and abs(after.measures[measure] - value) > tolerances.measures[measure]
+    both = {
+        m: (old, after.measures[m]) for m, old in before.measures.items() if m in after.measures
     }
-    tolerance = tolerances.grasp_deg if grasp else tolerances.movement_deg
+    frames = (
+        (len(before.time), float(before.time[-1])),
+        (len(after.time), float(after.time[-1])),
+    )
+    as_long = frames[0][0] == frames[1][0] and abs(frames[0][1] - frames[1][1]) <= SAME_TIME
     return Change(
         name=name,
         joint=JOINT_NAMES[int(joint)],
@@ -216,8 +122,16 @@ def trace_change(name: str, before: Trace, after: Trace, tolerances: Tolerances)
         path_deg=float(np.rad2deg(path_error(after.q, before.q))),
         before=before.verdict,
         after=after.verdict,
-        measures=measures,
-        tolerance_deg=np.inf if failed else tolerance,
+        measures={
+            m: (old, new)
+            for m, (old, new) in both.items()
+            if not (isfinite(old) and isfinite(new))
+            or not (failed or abs(new - old) <= tolerances.of_measure(m))
+        },
+        tolerance_deg=np.inf if failed else tolerances.of_answer(name),
+        lost=tuple(m for m in before.measures if m not in after.measures),
+        added=tuple(m for m in after.measures if m not in before.measures),
+        frames=None if failed or as_long or before.verdict != after.verdict else frames,
     )
 
 
@@ -231,14 +145,49 @@ def _at(trace: Trace, time: Array) -> Array:
     return np.column_stack([np.interp(time, trace.time, angle) for angle in trace.q.T])
 
 
-def _findings(change: Change) -> list[Finding]:
+def _faults(name: str, before: Trace | None, after: Trace | None) -> list[Finding]:
+    """Say why an answer cannot be compared with the baseline's, if so."""
+    if after is None:
+        return [Finding("missing", name, "is not made any more", np.inf)]
+    if before is None:
+        return [Finding("new", name, "is new; the baseline has no such answer", np.inf)]
+    return [
+        Finding("number" if text.startswith("is no number") else "shape", name,
+                f"{text} {whose}", np.inf)
+        for trace, whose in ((before, "in the baseline"), (after, "now"))
+        for text in unusable(trace)
+    ]  # fmt: skip
+
+
+def _findings(change: Change, elsewhere: tuple[str, ...]) -> list[Finding]:
+    """Put a change in words; ``elsewhere`` is how the environment differs, if that may be why."""
     found = []
+    name = change.name
     if change.before != change.after:
         # What was good and is not any more comes before what changed in any other way.
-        harm = 2.0 if change.before in ("held", "arrived") else 1.0
+        harm = 2.0 if change.before in GOOD else 1.0
         text = f"{change.before} in the baseline, {change.after} now"
-        found.append(Finding("outcome", change.name, text, harm))
-    if change.deviation_deg > change.tolerance_deg:
+        found.append(Finding("outcome", name, text, harm))
+    if change.lost:
+        text = f"{', '.join(change.lost)} not measured any more"
+        found.append(Finding("missing", name, text, float(len(change.lost))))
+    if change.added:
+        text = f"{', '.join(change.added)} measured, and not in the baseline"
+        found.append(Finding("new", name, text, float(len(change.added))))
+    if change.frames:
+        (n, end), (n_now, end_now) = change.frames
+        text = f"{n} frames to {end:.2f} s in the baseline, {n_now} to {end_now:.2f} s now"
+        found.append(Finding("shape", name, text, abs(end_now - end)))
+    moved = _moved(change)
+    if elsewhere and not found and _explained(change):
+        why = f"a difference of environment: {_listed_briefly(elsewhere)}; "
+        moved = [Finding("environment", name, why + each.text, each.harm) for each in moved]
+    return found + moved
+
+
+def _moved(change: Change) -> list[Finding]:
+    found = []
+    if change.moved:
         text = (
             f"{change.joint} by {change.deviation_deg:.3g} deg at {change.time_s:.2f} s "
             f"(limit {change.tolerance_deg:g}), path by {change.path_deg:.3g} deg"
@@ -247,14 +196,25 @@ def _findings(change: Change) -> list[Finding]:
     for measure, (before, after) in change.measures.items():
         size = abs(after - before) / max(abs(before), 1e-3)
         text = f"{measure} {before:.4g} in the baseline, {after:.4g} now"
-        found.append(Finding("measure", change.name, text, size))
+        found.append(Finding("measure", change.name, text, size if isfinite(size) else np.inf))
     return found
+
+
+def _explained(change: Change) -> bool:
+    """Whether an answer has moved no further than another environment may move it."""
+    return change.deviation_deg <= ENVIRONMENT_LIMITS.of_answer(change.name) and all(
+        abs(after - before) <= ENVIRONMENT_LIMITS.of_measure(measure)
+        for measure, (before, after) in change.measures.items()
+    )
 
 
 def _input_findings(before: Mapping[str, str], after: Mapping[str, str]) -> list[Finding]:
     """Name what changed among the inputs; what changed alike in many places is told once."""
+    if before.get(SCHEMA_OF_INPUTS) != after.get(SCHEMA_OF_INPUTS):
+        text = "are kept in another way by this handsim and not compared; record the baseline again"
+        return [Finding("input", "inputs", text, np.inf)]
     places: dict[tuple[str, str], list[str]] = {}
-    for name in (*before, *(name for name in after if name not in before)):
+    for name in dict.fromkeys([*before, *after]):
         old, new = before.get(name), after.get(name)
         if old == new:
             continue
@@ -274,3 +234,8 @@ def _input_findings(before: Mapping[str, str], after: Mapping[str, str]) -> list
 def _listed(names: list[str], most: int = 6) -> str:
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"({', '.join(names[:most])}{more})" if names else ""
+
+
+def _listed_briefly(lines: tuple[str, ...], most: int = 2) -> str:
+    more = f" and {len(lines) - most} more" if len(lines) > most else ""
+    return f"{', '.join(lines[:most])}{more}"

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from handsim.baseline.inputs import controller_inputs, recording_inputs, scene_inputs
+from handsim.baseline.inputs import controller_inputs, grasp_inputs, recording_inputs
 from handsim.errors import InputError
 from handsim.hand.tasks import task_by_name
 from handsim.joints import Array, clip_to_range
 from handsim.learning.controller import GraspController
-from handsim.learning.learn import learn_controller
+from handsim.learning.learn import learn_like
 from handsim.motion.recording import RecordingSet
 from handsim.simulation.closed_loop import Stage
 from handsim.simulation.conditions import Conditions
@@ -109,26 +109,16 @@ def answer(
         traces[f"movement/{name}"] = _move(controller, questions, name)
     if recordings is not None:
         inputs |= recording_inputs(recordings)
-        again = _learn_again(controller, recordings)
+        again = learn_like(controller, recordings)
         for name in questions.starts:
             traces[f"relearned/{name}"] = _move(again, questions, name)
     for i, (name, plan) in enumerate(questions.plans.items()):
         stage = Stage.build(task_by_name(name), conditions)
-        inputs |= scene_inputs(stage)
+        inputs |= grasp_inputs(stage, plan)
         traces[f"grasp/{name}"] = _grasp(controller, stage, plan)
         if progress:
             progress((i + 1) / len(questions.plans))
     return Outputs(traces, inputs)
-
-
-def _learn_again(controller: GraspController, recordings: RecordingSet) -> GraspController:
-    return learn_controller(
-        recordings,
-        n_components=len(controller.subspace.components_),
-        method=controller.method,  # pyright: ignore[reportArgumentType]
-        k=controller.navigation.k,
-        certified=controller.certified,
-    ).controller
 
 
 def _move(controller: GraspController, questions: Questions, name: str) -> Trace:

@@ -1,12 +1,15 @@
 """A check as one HTML page: what moved, and the curves of before and after over each other."""
 
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
-from handsim.baseline.comparison import Change, Report, deviation_deg
+from handsim.baseline.comparison import deviation_deg
+from handsim.baseline.environment import LABELS
 from handsim.baseline.outputs import Outputs, Trace
+from handsim.baseline.report import Change, Report
 from handsim.baseline.store import Baseline
 from handsim.files import write_text
 from handsim.joints import JOINT_INDEX
@@ -25,17 +28,19 @@ def write_page(path: Path, baseline: Baseline, outputs: Outputs, report: Report)
         key=lambda change: -change.deviation_deg / max(change.tolerance_deg, 1e-9),
     )
     sections = [("findings", "What moved", _findings(report))]
+    if report.differences:
+        sections.insert(0, ("environment", "Another environment", page.listing(report.differences)))
     if moved:
         sections.append(("curves", "Curves", _curves(moved[:MOST_DRAWN], baseline, outputs)))
     sections += [
         ("answers", "All answers", _answers(report)),
-        ("versions", "Versions and reasons", _versions(baseline, report)),
+        ("versions", "Environment and reasons", _environment(baseline, report)),
     ]
     verdict = "as in the baseline" if report.ok else f"{len(report.findings)} findings"
     top = page.tiles(
         (
             (verdict, "verdict"),
-            (str(len(report.changes)), "answers compared"),
+            (str(report.n_answers), "answers compared"),
             (str(len(moved)), "of them moved beyond their tolerance"),
         )
     )
@@ -72,11 +77,12 @@ def _answers(report: Report) -> str:
     return page.table(header, rows, n_text=3)
 
 
-def _versions(baseline: Baseline, report: Report) -> str:
-    rows = list(baseline.versions.items())
+def _environment(baseline: Baseline, report: Report) -> str:
+    kept, now = (asdict(one) for one in report.environments or (baseline.environment,) * 2)
+    rows = [(LABELS.get(name, name), kept[name], now[name]) for name in kept]
     reasons = [f"{i}. {reason}" for i, reason in enumerate(baseline.reasons, start=1)]
     notes = "".join(page.paragraph(note) for note in report.notes)
-    return page.table(("package", "baseline"), rows) + notes + page.listing(reasons)
+    return page.table(("", "baseline", "here"), rows, n_text=3) + notes + page.listing(reasons)
 
 
 def _curves(moved: list[Change], baseline: Baseline, outputs: Outputs) -> str:

@@ -1,24 +1,28 @@
 """A baseline as a file."""
 
-from dataclasses import dataclass
-from importlib.metadata import version
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from handsim.baseline.comparison import not_numbers
+from handsim.baseline.environment import Environment
 from handsim.baseline.outputs import Outputs, Questions, Trace
-from handsim.errors import FileError
+from handsim.errors import FileError, InputError
 from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS
 from handsim.simulation.plan import GraspPlan, Pose
-from handsim.simulation.rollout import current_versions
 
 KIND = "baseline"
-SCHEMA = 1
+SCHEMA = 2  # 1: plans as rows of numbers, versions instead of an environment; still read
 _MAX_VALUE = 1000.0  # of angles [rad], times [s] and lengths [m]
 _PLAN_NUMBERS = 3 + 4 + 3 + 2 * N_JOINTS + 2
+_LENGTHS = {"palm_pos": 3, "palm_quat": 4, "retreat": 3, "q_start": N_JOINTS, "q_goal": N_JOINTS}
+"""Of the vectors of a plan."""
+_SCALARS = tuple(each.name for each in fields(GraspPlan) if each.type is float)
 
 
 @dataclass(frozen=True)
@@ -31,8 +35,10 @@ class Baseline:
         What was asked, and what came.
     relearned
         Whether a controller learned again was asked too.
-    versions
-        Of the packages and the platform that the answers come from.
+    environment
+        In which the answers were made.
+    handsim
+        Version that made them.
     reasons
         One for the record and each update since.
     """
@@ -40,25 +46,27 @@ class Baseline:
     questions: Questions
     outputs: Outputs
     relearned: bool
-    versions: dict[str, str]
+    environment: Environment
+    handsim: str
     reasons: tuple[str, ...]
 
 
-def versions_here() -> dict[str, str]:
-    """Return versions and platform that bear on learning and simulation."""
-    return current_versions() | {name: version(name) for name in ("scipy", "scikit-learn")}
-
-
 def write_baseline(baseline: Baseline, path: Path) -> None:
-    """Write a baseline as ``.npz``, as a whole or not at all."""
+    """Write a baseline as ``.npz``, as a whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If an answer is no number: nothing could be compared with it.
+    """
+    for fault in not_numbers(baseline.outputs):
+        raise InputError(f"{path}: {fault}; no baseline can be made of it, nothing is written")
     traces, questions = baseline.outputs.traces, baseline.questions
     arrays: dict[str, npt.NDArray[Any]] = {}
     for i, trace in enumerate(traces.values()):
         arrays[f"time_{i}"], arrays[f"q_{i}"] = trace.time, trace.q
     arrays["starts"] = np.array(list(questions.starts.values())).reshape(-1, N_JOINTS)
     arrays["goals"] = np.array(list(questions.goals.values())).reshape(-1, N_JOINTS)
-    plans = [_plan_to_row(plan) for plan in questions.plans.values()]
-    arrays["plans"] = np.array(plans).reshape(-1, _PLAN_NUMBERS)
     metadata = {
         "traces": [
             {"name": name, "verdict": trace.verdict, "measures": trace.measures}
@@ -66,9 +74,11 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
         ],
         "movements": list(questions.starts),
         "tasks": list(questions.plans),
+        "plans": [_plan_to_json(plan) for plan in questions.plans.values()],
         "inputs": baseline.outputs.inputs,
         "relearned": baseline.relearned,
-        "versions": baseline.versions,
+        "environment": asdict(baseline.environment),
+        "handsim": baseline.handsim,
         "reasons": list(baseline.reasons),
     }
     write_archive(path, KIND, SCHEMA, metadata, arrays)
@@ -80,23 +90,26 @@ def read_baseline(path: Path) -> Baseline:
     Raises
     ------
     FileError
-        If the file is missing, damaged, foreign or of a newer schema.
+        If the file is missing, damaged, foreign or of a newer schema, or an answer in it is no
+        number or lacks its measures.
     """
     metadata, arrays = read_archive(path, KIND, SCHEMA)
     try:
         for name, array in arrays.items():
             if array.dtype != np.float64 or not (np.abs(array) <= _MAX_VALUE).all():
                 raise ValueError(f"{name} holds what is no number up to {_MAX_VALUE:g}")
-        n = len(metadata["movements"])
-        starts, goals = _matrix(arrays["starts"], n), _matrix(arrays["goals"], n)
-        tasks, plans = metadata["tasks"], arrays["plans"]
-        if plans.shape != (len(tasks), _PLAN_NUMBERS):
-            raise ValueError(f"plans of shape {plans.shape} for {len(tasks)} tasks")
+        old = metadata["schema"] == 1
+        movements = [str(name) for name in metadata["movements"]]
+        starts, goals = (_matrix(arrays[name], len(movements)) for name in ("starts", "goals"))
+        tasks = [str(task) for task in metadata["tasks"]]
+        plans = _rows(arrays["plans"], len(tasks)) if old else metadata["plans"]
+        from_stored = _plan_of_row if old else _plan_of_json
+        known = dict(metadata["versions"] if old else metadata["environment"])
         return Baseline(
             questions=Questions(
-                dict(zip(metadata["movements"], starts, strict=True)),
-                dict(zip(metadata["movements"], goals, strict=True)),
-                {str(task): _plan_of_row(row) for task, row in zip(tasks, plans, strict=True)},
+                dict(zip(movements, starts, strict=True)),
+                dict(zip(movements, goals, strict=True)),
+                {task: from_stored(plan) for task, plan in zip(tasks, plans, strict=True)},
             ),
             outputs=Outputs(
                 {
@@ -106,7 +119,8 @@ def read_baseline(path: Path) -> Baseline:
                 {str(name): str(value) for name, value in dict(metadata["inputs"]).items()},
             ),
             relearned=bool(metadata["relearned"]),
-            versions={str(k): str(v) for k, v in dict(metadata["versions"]).items()},
+            environment=Environment.stored(known),
+            handsim=str(known["handsim"] if old else metadata["handsim"]),
             reasons=tuple(str(reason) for reason in metadata["reasons"]),
         )
     except (KeyError, TypeError, ValueError) as error:
@@ -120,20 +134,50 @@ def _matrix(array: npt.NDArray[Any], n: int) -> npt.NDArray[np.float64]:
 
 
 def _trace(
-    stored: dict[str, Any], time: npt.NDArray[np.float64], q: npt.NDArray[np.float64]
+    stored: Mapping[str, Any], time: npt.NDArray[np.float64], q: npt.NDArray[np.float64]
 ) -> Trace:
+    name, verdict = str(stored["name"]), str(stored["verdict"])
     if time.ndim != 1 or not len(time) or (np.diff(time) <= 0).any():
-        raise ValueError(f"time of {stored['name']} does not increase")
-    measures = {str(name): float(value) for name, value in dict(stored["measures"]).items()}
+        raise ValueError(f"time of {name} does not increase")
+    measures = {str(measure): float(value) for measure, value in dict(stored["measures"]).items()}
     if not np.isfinite(list(measures.values())).all():
-        raise ValueError(f"measures of {stored['name']} are not finite")
-    return Trace(time, _matrix(q, len(time)), str(stored["verdict"]), measures)
+        raise ValueError(f"measures of {name} are not finite")
+    if name.startswith("grasp/") and not verdict.startswith("refused") and not measures:
+        raise ValueError(f"{name} has no measures")
+    return Trace(time, _matrix(q, len(time)), verdict, measures)
 
 
-def _plan_to_row(plan: GraspPlan) -> npt.NDArray[np.float64]:
-    factors = np.array([plan.squeeze, plan.arrive])
-    pose = (plan.palm.pos, plan.palm.quat)
-    return np.concatenate([*pose, plan.retreat, plan.q_start, plan.q_goal, factors])
+def _plan_to_json(plan: GraspPlan) -> dict[str, Any]:
+    """Return all fields of a plan; numbers in JSON come back as they were, to the bit."""
+    values = {field.name: getattr(plan, field.name) for field in fields(plan)}
+    palm = values.pop("palm")
+    values |= {"palm_pos": palm.pos, "palm_quat": palm.quat}
+    return {name: None if v is None else np.asarray(v).tolist() for name, v in values.items()}
+
+
+def _plan_of_json(stored: Mapping[str, Any]) -> GraspPlan:
+    values = {name: _plan_value(name, value) for name, value in dict(stored).items()}
+    palm = Pose(values.pop("palm_pos"), values.pop("palm_quat"))
+    return GraspPlan(palm=palm, **values)
+
+
+def _plan_value(name: str, value: Any) -> Any:
+    """Return a stored field of a plan: a number, a vector, or None where there may be nothing."""
+    scalar = name in _SCALARS
+    if value is None and not scalar and name not in _LENGTHS:
+        return None
+    array = np.array(value, dtype=float)
+    if array.ndim != (0 if scalar else 1) or array.size != _LENGTHS.get(name, array.size):
+        raise ValueError(f"{name} of a plan has shape {array.shape}")
+    if not (np.abs(array) <= _MAX_VALUE).all():
+        raise ValueError(f"{name} of a plan is no number up to {_MAX_VALUE:g}")
+    return float(array) if scalar else array
+
+
+def _rows(array: npt.NDArray[Any], n: int) -> npt.NDArray[np.float64]:
+    if array.shape != (n, _PLAN_NUMBERS):
+        raise ValueError(f"plans of shape {array.shape} for {n} tasks")
+    return array
 
 
 def _plan_of_row(row: npt.NDArray[np.float64]) -> GraspPlan:

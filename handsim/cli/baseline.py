@@ -81,13 +81,16 @@ def check(
 ) -> None:
     """Ask again and say what moved, worst first.
 
-    Exit code 1 where something moved beyond its tolerance and is not taken for right.
+    Where the baseline was made in another environment (processor, libraries, threads), that is
+    said before anything else. Exit code 1 where something moved beyond its tolerance and is not
+    taken for right.
     """
     check_gl()
 
     from handsim.baseline.check import check_baseline, updated
-    from handsim.baseline.comparison import Tolerances
+    from handsim.baseline.comparison import not_numbers
     from handsim.baseline.store import read_baseline, write_baseline
+    from handsim.baseline.tolerances import Tolerances
     from handsim.cli.defaults import controller_or_built_in
     from handsim.files import data_folder
     from handsim.simulation.conditions import Conditions
@@ -96,8 +99,9 @@ def check(
         writable(html, ".html")
     default = Tolerances()
     tolerances = Tolerances(
-        movement_deg=default.movement_deg if tolerance_deg is None else tolerance_deg,
-        grasp_deg=default.grasp_deg if grasp_tolerance_deg is None else grasp_tolerance_deg,
+        replayed_deg=default.replayed_deg if tolerance_deg is None else tolerance_deg,
+        relearned_deg=default.relearned_deg if tolerance_deg is None else tolerance_deg,
+        simulated_deg=default.simulated_deg if grasp_tolerance_deg is None else grasp_tolerance_deg,
     )
     path = baseline or data_folder("assets") / "baseline.npz"
     kept = read_baseline(path)
@@ -119,6 +123,9 @@ def check(
     else:
         say(report.as_text())
     if update is not None:
+        for fault in not_numbers(outputs):
+            note(f"handsim: {fault}; {path} stays as it was")
+            raise typer.Exit(1)
         write_baseline(updated(kept, outputs, update), path)
         note(f"updated {path}")
     elif not report.ok:

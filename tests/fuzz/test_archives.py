@@ -23,7 +23,7 @@ from handsim.viewing.rollouts import rollout_clip
 
 from .conftest import Content, damaged_bytes, search
 
-BASELINE = (Path(__file__).parents[1] / "data" / "schemas" / "baseline-1.npz").read_bytes()
+BASELINE = (Path(__file__).parents[1] / "data" / "schemas" / "baseline-2.npz").read_bytes()
 CONTROLLER = (data_folder("assets") / "controller.npz").read_bytes()
 VALUES = (
     st.none()

@@ -1,0 +1,137 @@
+"""What a check found: how each answer moved, and the findings in words."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from handsim.baseline.environment import Environment, differences
+
+Kind = Literal[
+    "environment", "outcome", "missing", "new", "shape", "number", "movement", "measure", "input"
+]
+ORDER: tuple[Kind, ...] = (
+    "environment", "outcome", "missing", "new", "shape", "number", "movement", "measure", "input"
+)  # fmt: skip
+"""Of findings: what another environment explains is told first, then the worst."""
+GOOD = ("held", "arrived")
+"""Verdicts of answers that are as they should be."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """How one answer differs from the baseline's.
+
+    Attributes
+    ----------
+    name
+    joint, deviation_deg, time_s
+        The joint that deviates most, by how much and when.
+    path_deg
+        Root-mean-square distance of the paths of all joints, each over its own length [deg].
+    before, after
+        Verdicts.
+    measures
+        Before and after, of those beyond their tolerance or not finite.
+    tolerance_deg
+        Of the joint's deviation.
+    lost, added
+        Measures that only the baseline has, and that only the new answer has.
+    frames
+        Before and after, number of frames and last time [s], where an answer that should be as
+        long as it was is not.
+    """
+
+    name: str
+    joint: str
+    deviation_deg: float
+    time_s: float
+    path_deg: float
+    before: str
+    after: str
+    measures: dict[str, tuple[float, float]]
+    tolerance_deg: float
+    lost: tuple[str, ...] = ()
+    added: tuple[str, ...] = ()
+    frames: tuple[tuple[int, float], tuple[int, float]] | None = None
+
+    @property
+    def moved(self) -> bool:
+        """Whether a joint deviates beyond the tolerance; what is no number does."""
+        return not self.deviation_deg <= self.tolerance_deg
+
+    @property
+    def within(self) -> bool:
+        """Whether it is no change within the tolerances."""
+        same = self.before == self.after and self.frames is None
+        return same and not (self.moved or self.measures or self.lost or self.added)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that moved, in words for people."""
+
+    kind: Kind
+    name: str
+    text: str
+    harm: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcome of a check.
+
+    Attributes
+    ----------
+    findings
+        What moved beyond its tolerance, worst first.
+    changes
+        Of every answer that both have and that can be compared.
+    notes
+        What differs without being counted, such as inputs where those are ignored.
+    n_answers
+        Of the baseline and of now, each once.
+    environments
+        Of the baseline and of now, where they are known.
+    """
+
+    findings: tuple[Finding, ...]
+    changes: tuple[Change, ...]
+    notes: tuple[str, ...]
+    n_answers: int
+    environments: tuple[Environment, Environment] | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing moved."""
+        return not self.findings
+
+    @property
+    def differences(self) -> tuple[str, ...]:
+        """What differs between the environments, a line each."""
+        return differences(*self.environments) if self.environments else ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what `handsim baseline check --json` says."""
+        before, now = self.environments or (None, None)
+        return {
+            "ok": self.ok,
+            "environment": {
+                "before": asdict(before) if before else None,
+                "now": asdict(now) if now else None,
+                "differences": list(self.differences),
+            },
+            "findings": [asdict(finding) for finding in self.findings],
+            "notes": list(self.notes),
+            "answers": [asdict(change) | {"within": change.within} for change in self.changes],
+        }
+
+    def as_text(self) -> str:
+        """Return it in lines for people: differences of environment before all else."""
+        head = (
+            f"{self.n_answers} answers as in the baseline"
+            if self.ok
+            else f"{len(self.findings)} findings in {self.n_answers} answers, worst first"
+        )
+        first = [f"environment: {difference}" for difference in self.differences]
+        width = max((len(finding.name) for finding in self.findings), default=0)
+        rows = [f"{f.kind:<11} {f.name:<{width}}  {f.text}" for f in self.findings]
+        return "\n".join([*first, head, *rows, *(f"note: {note}" for note in self.notes)])

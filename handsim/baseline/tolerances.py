@@ -1,0 +1,89 @@
+"""How far answers may move, and how far another environment may move them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from numbers import Real
+
+from handsim.errors import InputError, UnknownNameError
+
+MEASURES = {
+    "lift_m": 0.0005,
+    "peak_slip_m": 0.001,
+    "peak_tilt_deg": 1.0,
+    "hold_s": 0.02,
+    "penetration_m": 0.0005,
+}
+"""How far what a grasp is judged by may move."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """How far answers may move.
+
+    The defaults are what `tests/benchmarks/environments.py` measures, rounded up to 1, 2 or 5 of
+    the next decimal. From one BLAS kernel (Haswell, Sandybridge, Nehalem), thread count, SIMD of
+    numpy or set of elementary functions to the next, movements differ by less than 1e-12 deg; the
+    readings of a grasp by one step of the glove, 1 deg, and its measures by 0.02 mm of slip,
+    0.0005 deg of tilt and less. Between MuJoCo 4.0 and 3.17 movements do not differ at all, and
+    the 24 grasps by up to 3 deg, 0.26 mm of lift, 0.77 mm of slip, 0.7 deg of tilt, 0.01 s of
+    hold and 0.48 mm of penetration; no verdict does. Movements have 0.001 deg all the same, which
+    leaves room for last digits and is far below what a change of the controller does.
+
+    Attributes
+    ----------
+    replayed_deg, relearned_deg, simulated_deg
+        Largest deviation of a joint in a movement of the controller, in one of a controller
+        learned again, and in a grasp [deg].
+    measures
+        By name of the measure, in its own unit; those left out have their usual one.
+
+    Raises
+    ------
+    InputError
+        If one is negative, not finite or no number.
+    UnknownNameError
+        If there is no such measure.
+    """
+
+    replayed_deg: float = 0.001
+    relearned_deg: float = 0.001
+    simulated_deg: float = 5.0
+    measures: Mapping[str, float] = field(default_factory=lambda: dict(MEASURES))
+
+    def __post_init__(self) -> None:
+        """Check all of them."""
+        for name in ("replayed_deg", "relearned_deg", "simulated_deg"):
+            _check(name, getattr(self, name))
+        for name, value in self.measures.items():
+            if name not in MEASURES:
+                raise UnknownNameError("measure", name, tuple(MEASURES))
+            _check(name, value)
+
+    def of_answer(self, name: str) -> float:
+        """Return the limit of an answer's joints, by its name [deg]."""
+        kind = name.partition("/")[0]
+        return {"grasp": self.simulated_deg, "relearned": self.relearned_deg}.get(
+            kind, self.replayed_deg
+        )
+
+    def of_measure(self, name: str) -> float:
+        """Return the limit of a measure; one that is not known may not move."""
+        return self.measures.get(name, MEASURES.get(name, 0.0))
+
+
+def _check(name: str, value: object) -> None:
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise InputError(f"tolerance {name} of {value!r}; give a number, 0 or more")
+    if not 0 <= float(value) < float("inf"):
+        raise InputError(f"tolerance {name} of {float(value):g}; give a finite number, 0 or more")
+
+
+ENVIRONMENT_LIMITS = Tolerances(
+    replayed_deg=0.1,
+    relearned_deg=0.1,
+    simulated_deg=10.0,
+    measures={name: 2 * limit for name, limit in MEASURES.items()},
+)
+"""How far answers of one controller may be apart for another environment to be the reason: twice
+what is tolerated and so what was measured; of movements, where nothing was, a tenth of a step of
+the glove."""

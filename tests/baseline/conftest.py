@@ -1,0 +1,58 @@
+"""A controller, its recordings and one plan, and baselines of them."""
+
+from dataclasses import replace
+
+import pytest
+
+from handsim.baseline.check import record_baseline
+from handsim.baseline.outputs import Questions, answer, questions_for
+from handsim.files import data_folder
+from handsim.learning.controller import GraspController
+from handsim.motion.recording import read_recordings
+from handsim.simulation.plan_store import PlanStore
+
+TASK = "cube-raise"
+SOME = 8
+
+
+@pytest.fixture(scope="session")
+def controller():
+    return GraspController.load(data_folder("assets") / "controller.npz")
+
+
+@pytest.fixture(scope="session")
+def recordings():
+    return read_recordings(data_folder("assets") / "experiments")
+
+
+@pytest.fixture(scope="session")
+def plans():
+    for path in sorted((data_folder("assets") / "plans").glob("*.json")):
+        stored = PlanStore(path).read()
+        if TASK in stored:
+            return {TASK: stored[TASK]}
+    raise AssertionError(f"no plan of {TASK} is stored")
+
+
+@pytest.fixture(scope="session")
+def baseline(controller, recordings, plans):
+    return record_baseline(controller, plans, recordings)
+
+
+@pytest.fixture(scope="session")
+def movements(controller):
+    """Return a baseline of some movements."""
+    asked = questions_for(controller)
+    names = list(asked.starts)[:SOME]
+    questions = Questions(
+        {name: asked.starts[name] for name in names},
+        {name: asked.goals[name] for name in names},
+        {},
+    )
+    made = record_baseline(replace(controller, demonstrations=controller.demonstrations[:1]))
+    return replace(made, questions=questions, outputs=answer(controller, questions))
+
+
+@pytest.fixture(scope="session")
+def grasps(controller, plans):
+    return replace(record_baseline(controller, plans), questions=Questions({}, {}, plans))
