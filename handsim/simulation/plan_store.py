@@ -174,7 +174,7 @@ def _to_json(task: str, stored: StoredPlan) -> _Stored:
 
 
 def _entry(task: str, stored: _Stored, schema: int) -> StoredPlan:
-    held = stored["held"]
+    held = stored.get("held", False) if schema == 1 else stored["held"]
     if not isinstance(held, bool):
         raise ValueError(f"held of {task!r} is {held!r}")
     if schema == 1:
