@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 
 from handsim.errors import FileError
 from handsim.hand.grasp_task import Task
@@ -149,6 +150,21 @@ class SweepGraspers:
         grasper = self._planning(run)
         assert grasper is not None
         return grasper.controller
+
+
+def check_plans(spec: SweepSpec, sources: Mapping[str, Source]) -> None:
+    """Read all plans that a sweep may use, before its table is begun.
+
+    Raises
+    ------
+    FileError
+        If a file of plans cannot be read.
+    """
+    for name, hand, side in product(spec.controllers, spec.hands, spec.sides):
+        usual = Conditions(hand_length=hand.length, hand_breadth=hand.breadth, side=side)
+        grasper = sources[name].grasper(usual)
+        if isinstance(grasper, ControllerGrasper):
+            grasper.read()
 
 
 def _digest(plan: GraspPlan) -> str:
