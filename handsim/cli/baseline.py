@@ -41,12 +41,14 @@ def record(
     from handsim.baseline.check import record_baseline
     from handsim.baseline.store import write_baseline
     from handsim.cli.defaults import controller_or_built_in, planning_grasper
+    from handsim.hand.tasks import PHONE_TODAY_VIEW, TASKS
     from handsim.simulation.conditions import Conditions
 
     writable(baseline, ".npz")
     learned = controller_or_built_in(controller)
-    store = planning_grasper(controller, Conditions()).store
-    plans = store.read() if store else {}
+    plans = planning_grasper(controller, Conditions()).known(
+        (*TASKS, PHONE_TODAY_VIEW), Conditions()
+    )
     with fraction_done("recording") as progress:
         made = record_baseline(
             learned, plans, _recordings(controller, recordings), progress=progress

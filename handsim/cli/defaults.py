@@ -35,16 +35,23 @@ def plan_folder(controller: Path | None) -> Path:
 def planning_grasper(
     path: Path | None, conditions: "Conditions", *, replay: bool = False
 ) -> "ControllerGrasper":
-    """Return what grasps with a controller; its plans are stored, the built-in ones are hints."""
-    from handsim.simulation.grasping import ControllerGrasper
-    from handsim.simulation.plan_store import PlanStore, plan_key
+    """Return what grasps with a controller by plans that are kept.
 
-    learned, built_in = controller_or_built_in(path), controller_or_built_in(None)
-    own = plan_folder(path) / f"{plan_key(learned.digest, conditions)}.json"
-    hint = plan_folder(None) / f"{plan_key(built_in.digest, conditions)}.json"
-    return ControllerGrasper(
-        learned, "replay" if replay else "plan", PlanStore(own), (PlanStore(hint),)
-    )
+    Its plans are looked for beside it, then among the built-in ones: a controller learned elsewhere
+    from the built-in experiments is the built-in controller (`GraspController.digest`). For any
+    other, the built-in plans are hints.
+    """
+    from handsim.cli.console import note
+    from handsim.simulation.grasping import ControllerGrasper
+    from handsim.simulation.plan_store import plan_store
+
+    learned = controller_or_built_in(path)
+    own = plan_store(plan_folder(path), learned.digest, conditions)
+    shared = () if path is None else (plan_store(plan_folder(None), learned.digest, conditions),)
+    built_in = learned if path is None else controller_or_built_in(None)
+    hint = plan_store(plan_folder(None), built_in.digest, conditions)
+    mode = "replay" if replay else "plan"
+    return ControllerGrasper(learned, mode, own, (hint,), shared, note)
 
 
 def grasper_without(
@@ -75,9 +82,10 @@ def grasper_without(
     UnknownNameError
         If none is of that object.
     """
+    from handsim.cli.console import note
     from handsim.learning.learn import learn_controller, learn_like
     from handsim.simulation.grasping import ControllerGrasper, without_object
-    from handsim.simulation.plan_store import PlanStore, plan_key
+    from handsim.simulation.plan_store import plan_store
 
     recordings = recordings_or_built_in(folder)
     objects = tuple(dict.fromkeys(recording.object for recording in recordings))
@@ -92,8 +100,8 @@ def grasper_without(
         _check_learned_from(whole, recordings, path, folder)
         learned = learn_like(whole, others)
         plans = plan_folder(path)
-    store = PlanStore(plans / f"{plan_key(learned.digest, conditions)}.json")
-    return ControllerGrasper(learned, "plan", store)
+    store = plan_store(plans, learned.digest, conditions)
+    return ControllerGrasper(learned, "plan", store, note=note)
 
 
 def _check_learned_from(

@@ -89,11 +89,12 @@ def view(
 def _known_plan(controller: Path | None, task: str, conditions: "Conditions") -> "GraspPlan | None":
     """Return the stored plan of a task for this hand, else that for a hand of median size."""
     from handsim.cli.defaults import planning_grasper
+    from handsim.hand.tasks import task_by_name
     from handsim.simulation.conditions import Conditions
 
     for hand in (conditions, Conditions()):
-        store = planning_grasper(controller, hand).store
-        if store and task in (plans := store.read()):
+        plans = planning_grasper(controller, hand).known([task_by_name(task)], hand)
+        if task in plans:
             return plans[task]
     return None
 
@@ -108,7 +109,7 @@ def _grasps(controller: Path | None, tasks: str) -> "list[Rollout]":
     conditions = Conditions()
     grasper = planning_grasper(controller, conditions)
     if tasks == "planned":
-        planned = grasper.store.read() if grasper.store else {}
+        planned = grasper.known(TASKS, conditions)
         chosen = [task for task in TASKS if task.name in planned]
         if not chosen:
             note("no plans are stored beside the controller; `handsim grasp` makes them")

@@ -53,7 +53,7 @@ def sweep(
     from handsim.errors import InputError
     from handsim.simulation import sweep as sweeping
     from handsim.simulation.sweep_file import read_sweep
-    from handsim.simulation.sweep_plans import SweepGraspers
+    from handsim.simulation.sweep_plans import SweepGraspers, check_plans
     from handsim.simulation.sweep_summary import rates, results_table
     from handsim.simulation.sweep_table import open_table
 
@@ -62,6 +62,7 @@ def sweep(
     spec = read_sweep(file)
     writable(output, ".csv")
     sources = {name: _source(name, file) for name in spec.controllers}
+    check_plans(spec, sources)
     key = sweeping.sweep_key(spec, sources)
     started = perf_counter()
     with (

@@ -153,7 +153,15 @@ class LearnedDriver:
 def learned_driver(
     controller: GraspController, plan: GraspPlan, lead: Array, schedule: Schedule
 ) -> LearnedDriver:
-    """Return the driver that takes a controller from a plan's start to its destination."""
+    """Return the driver that takes a controller from a plan's start to its destination.
+
+    Raises
+    ------
+    InputError
+        If the controller cannot have that destination.
+    """
     z_start, z_goal = controller.subspace.transform(np.stack([plan.q_start, plan.q_goal]))
+    if plan.z_goal is not None:
+        z_goal = plan.z_goal
     timing = controller.timing(z_start, z_goal, schedule.reach)
     return LearnedDriver(controller, z_goal, timing, lead, schedule.reach)

@@ -103,6 +103,10 @@ class GraspPlan:
         Factor on the squeeze layer.
     arrive
         Fraction of the reach at which the palm is in place.
+    z_goal : (n_components,) [rad]
+        Destination in the subspace of the controller that it is a plan for, which is followed to
+        the bit; ``q_goal`` is then its posture, within the joint ranges. None where no controller
+        was planned for: a script plays ``q_goal``, a controller goes to its projection.
     """
 
     palm: Pose
@@ -111,6 +115,7 @@ class GraspPlan:
     q_goal: Array
     squeeze: float = 1.0
     arrive: float = 0.85
+    z_goal: Array | None = None
 
 
 @dataclass(frozen=True)

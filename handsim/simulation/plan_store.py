@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,90 +13,206 @@ from handsim.files import read_text, write_text
 from handsim.joints import N_JOINTS, Array
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.plan import GraspPlan, Pose
+from handsim.simulation.plan_key import PlanKey
 
-SCHEMA = 1
+SCHEMA = 2  # 1: postures in degrees, neither destinations in the subspace nor keys; still read
 MAX_VALUE = 1000.0
-"""Bound on every number of a plan, which are metres, degrees and factors."""
+"""Bound on every number of a plan, which are metres, radians (before, degrees) and factors."""
+MAX_COMPONENTS = 5
+"""Of a destination in a subspace."""
+
+_Stored = dict[str, Any]
 
 
-def plan_key(controller_digest: str, conditions: Conditions) -> str:
-    """Return the key under which plans of one controller and one hand are kept."""
-    hand = f"{conditions.hand_length:.6f} {conditions.hand_breadth:.6f} {conditions.side}"
-    return hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
+@dataclass(frozen=True)
+class StoredPlan:
+    """A plan, what it was made for, and what came of it.
+
+    Attributes
+    ----------
+    plan
+    held
+        Whether its nominal run held.
+    key
+        What it was made for; None where a file of schema 1 does not say.
+    attempts
+        How many searches were made for it, each with seeds of its own.
+    """
+
+    plan: GraspPlan
+    held: bool
+    key: PlanKey | None = None
+    attempts: int = 1
 
 
 @dataclass(frozen=True)
 class PlanStore:
     """Plans kept in one JSON file, by task, for one controller and one hand.
 
+    Numbers are written so that they come back to the bit.
+
     Attributes
     ----------
     path
         The file; it appears with the first plan.
+    owner
+        Digest of the controller and the hand, as in `plan_store`; a file that names another owner
+        is refused. Empty takes any.
     """
 
     path: Path
+    owner: str = ""
 
-    def read(self) -> dict[str, GraspPlan]:
-        """Return the plans by task, those that are known not to hold included.
+    def entries(self) -> dict[str, StoredPlan]:
+        """Return what is stored by task, also what does not hold or fit any more.
 
         Raises
         ------
         FileError
-            If the file is there and cannot be read.
+            If the file is there and cannot be read, or holds plans of another controller, hand or
+            task.
         """
+        schema, plans = self._stored()
         try:
-            return {task: _from_json(plan) for task, plan in self._stored().items()}
-        except (ValueError, KeyError, TypeError) as error:
+            return {name: _entry(name, stored, schema) for name, stored in plans.items()}
+        except _UNREADABLE as error:
             raise self._unreadable(error) from error
 
-    def _stored(self) -> dict[str, dict[str, Any]]:
+    def read(self) -> dict[str, GraspPlan]:
+        """Return the plans by task; otherwise as `entries`."""
+        return {name: each.plan for name, each in self.entries().items()}
+
+    def add(self, task: str, stored: StoredPlan) -> None:
+        """Keep a plan in place of the one that is there; those of other tasks stay.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or is there and cannot be read; it stays as it is.
+        """
+        known = self.entries() | {task: stored}
+        content = {
+            "schema": SCHEMA,
+            "owner": self.owner,
+            "plans": {name: _to_json(name, known[name]) for name in sorted(known)},
+        }
+        try:
+            self.path.parent.mkdir(exist_ok=True)
+            write_text(self.path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+        except OSError as error:
+            raise FileError(f"{self.path}: cannot be written ({error.strerror})") from error
+
+    def _stored(self) -> tuple[int, dict[str, _Stored]]:
+        """Return schema and plans as they are in the file."""
         if not self.path.is_file():
-            return {}
+            return SCHEMA, {}
         try:
             stored = json.loads(read_text(self.path))
-            if stored["schema"] > SCHEMA:
+            schema = stored["schema"]
+            if not isinstance(schema, int) or schema < 1:
+                raise ValueError(f"schema {schema!r}")
+            if schema > SCHEMA:
                 raise FileError(
-                    f"{self.path}: plans of schema {stored['schema']}, newer than {SCHEMA}; "
+                    f"{self.path}: plans of schema {schema}, newer than {SCHEMA}; "
                     "update handsim or delete the file"
                 )
-            return dict(stored["plans"])
+            plans = dict(stored["plans"])
+            owner = str(stored["owner"]) if schema > 1 else ""
         except FileError:
             raise
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+        except _UNREADABLE as error:
             raise self._unreadable(error) from error
+        if owner and self.owner and owner != self.owner:
+            raise FileError(
+                f"{self.path}: holds plans of another controller or hand ({owner!r} instead "
+                f"of '{self.owner}'); put it back where it came from, or delete it"
+            )
+        return schema, plans
 
     def _unreadable(self, error: Exception) -> FileError:
-        return FileError(f"{self.path}: not a file of plans ({error}); delete it")
-
-    def add(self, task: str, plan: GraspPlan, held: bool) -> None:
-        """Keep a plan and whether its nominal run held; those of other tasks stay."""
-        plans = self._stored() | {task: _to_json(plan) | {"held": held}}
-        content = {"schema": SCHEMA, "plans": {name: plans[name] for name in sorted(plans)}}
-        self.path.parent.mkdir(exist_ok=True)
-        write_text(self.path, json.dumps(content, indent=1) + "\n")
+        told = str(error) if isinstance(error, ValueError) else repr(error)
+        return FileError(f"{self.path}: not a file of plans ({told}); delete it")
 
 
-def _to_json(plan: GraspPlan) -> dict[str, Any]:
+_UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
+
+
+def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> PlanStore:
+    """Return the store, in a folder, of a controller's plans for the hand of the conditions.
+
+    The file's name is that of its owner, so that the files of several lie beside each other.
+
+    Parameters
+    ----------
+    folder
+    controller_digest
+        `GraspController.digest`.
+    conditions
+        Only size (to a micrometre) and side of the hand count.
+    """
+    hand = f"{conditions.hand_length:.6f} {conditions.hand_breadth:.6f} {conditions.side}"
+    owner = hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
+    return PlanStore(folder / f"{owner}.json", owner)
+
+
+def _to_json(task: str, stored: StoredPlan) -> _Stored:
+    plan = stored.plan
     return {
+        "task": task,
+        "key": stored.key and asdict(stored.key),
+        "held": stored.held,
+        "attempts": stored.attempts,
         "palm_pos_m": plan.palm.pos.tolist(),
         "palm_quat_wxyz": plan.palm.quat.tolist(),
         "retreat_m": plan.retreat.tolist(),
-        "q_start_deg": np.rad2deg(plan.q_start).tolist(),
-        "q_goal_deg": np.rad2deg(plan.q_goal).tolist(),
+        "q_start_rad": plan.q_start.tolist(),
+        "q_goal_rad": plan.q_goal.tolist(),
+        "z_goal_rad": None if plan.z_goal is None else plan.z_goal.tolist(),
         "squeeze": plan.squeeze,
         "arrive": plan.arrive,
     }
 
 
-def _from_json(stored: dict[str, Any]) -> GraspPlan:
-    squeeze, arrive = stored["squeeze"], stored.get("arrive", GraspPlan.arrive)
+def _entry(task: str, stored: _Stored, schema: int) -> StoredPlan:
+    held = stored.get("held", False) if schema == 1 else stored["held"]
+    if not isinstance(held, bool):
+        raise ValueError(f"held of {task!r} is {held!r}")
+    if schema == 1:
+        return StoredPlan(_plan(stored, "deg"), held)
+    if stored["task"] != task:
+        raise ValueError(f"the plan under {task!r} is of {stored['task']!r}")
+    attempts = stored["attempts"]
+    if not isinstance(attempts, int) or attempts < 0:
+        raise ValueError(f"attempts of {task!r} are {attempts!r}")
+    key = stored["key"]
+    return StoredPlan(_plan(stored, "rad"), held, None if key is None else _key(key), attempts)
+
+
+def _key(stored: _Stored) -> PlanKey:
+    return PlanKey(**{each.name: str(stored[each.name]) for each in fields(PlanKey)})
+
+
+def _plan(stored: _Stored, unit: str) -> GraspPlan:
+    squeeze, arrive = _numbers([stored["squeeze"], stored.get("arrive", GraspPlan.arrive)], 2)
+    if not (squeeze >= 0 and 0 < arrive <= 1):
+        raise ValueError(f"squeeze {squeeze:g} or arrival {arrive:g} is out of range")
+    quat = _numbers(stored["palm_quat_wxyz"], 4)
+    if abs(np.linalg.norm(quat) - 1.0) > 1e-6:
+        raise ValueError("the palm's quaternion is not of length 1")
+    q_start, q_goal = (_numbers(stored[f"q_{end}_{unit}"], N_JOINTS) for end in ("start", "goal"))
+    if unit == "deg":
+        q_start, q_goal = np.deg2rad(q_start), np.deg2rad(q_goal)
+    z_goal = stored["z_goal_rad"] if unit == "rad" else None
+    if z_goal is not None:
+        z_goal = _numbers(z_goal, max(1, min(len(z_goal), MAX_COMPONENTS)))
     return GraspPlan(
-        Pose(_numbers(stored["palm_pos_m"], 3), _numbers(stored["palm_quat_wxyz"], 4)),
+        Pose(_numbers(stored["palm_pos_m"], 3), quat),
         _numbers(stored["retreat_m"], 3),
-        np.deg2rad(_numbers(stored["q_start_deg"], N_JOINTS)),
-        np.deg2rad(_numbers(stored["q_goal_deg"], N_JOINTS)),
-        *_numbers([squeeze, arrive], 2).tolist(),
+        q_start,
+        q_goal,
+        float(squeeze),
+        float(arrive),
+        z_goal,
     )
 
 

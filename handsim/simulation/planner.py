@@ -40,6 +40,8 @@ Array = npt.NDArray[np.float64]
 GENERATIONS = 14
 SEARCHES = 3
 """Starts that are searched from, one after the other, until the nominal try holds."""
+SEEDS = SEARCHES + 1
+"""Seeds that one planning may use, one after the other: the searches', and the whole hold's."""
 N_PERTURBED = 2
 """Perturbed tries of every plan whose nominal try holds."""
 N_PLACEMENTS = 3
@@ -99,11 +101,12 @@ def plan_grasp(
     conditions
         Nominal conditions to plan for.
     known
-        A plan to try first, such as that of another controller.
+        A plan to try first. Without ``z_goal``, as one of another controller is to be, it leads
+        to the projection of its posture.
     generations
         Of the search where nothing tried at first holds with room to spare.
     seed
-        Of the search.
+        Of the search, which takes `SEEDS` from there on.
 
     Returns
     -------
@@ -111,7 +114,7 @@ def plan_grasp(
         The best found; the run's outcome says whether it holds.
     """
     search = _Search(controller, shortened(task), conditions)
-    starts = [] if known is None else [known]
+    starts = [] if known is None else [search.aimed(known)]
     starts += search.starts()
     ranked = sorted((search.cost(plan), i) for i, plan in enumerate(starts))
     best = (ranked[0][0], starts[ranked[0][1]])
@@ -181,13 +184,30 @@ class _Search:
                     self.scripted,
                     palm=placement.palm,
                     q_start=clip_to_range(record.q_start),
-                    q_goal=clip_to_range(subspace.inverse_transform(placement.z)),
+                    **self._destination(placement.z),
                     squeeze=placement.squeeze,
                 )
             )
             if len(plans) == N_PLACEMENTS:
                 break
         return plans
+
+    def aimed(self, plan: GraspPlan) -> GraspPlan:
+        """Return a plan with its destination in this controller's subspace."""
+        return plan if plan.z_goal is not None else replace(plan, z_goal=self._goal(plan))
+
+    def _goal(self, plan: GraspPlan) -> Array:
+        """Return where a plan leads to, (n_components,) [rad]."""
+        if plan.z_goal is not None:
+            return plan.z_goal
+        return self.controller.subspace.transform(plan.q_goal)
+
+    def _destination(self, z: Array) -> dict[str, Array]:
+        """Return a destination as fields of a plan: in the subspace, and as a posture."""
+        return {
+            "z_goal": z,
+            "q_goal": clip_to_range(self.controller.subspace.inverse_transform(z)),
+        }
 
     def from_start(self, start: GraspPlan, generations: int, seed: int) -> tuple[float, GraspPlan]:
         """Search around a plan; returns the least cost met and its plan, ``start`` included."""
@@ -201,14 +221,13 @@ class _Search:
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
         """Return a plan displaced by ``point`` (size,), in units of the initial spreads."""
-        subspace = self.controller.subspace
-        n = len(subspace.components_)
-        z = np.clip(subspace.transform(plan.q_goal) + STEPS["z"] * point[:n], *self.box)
+        n = len(self.controller.subspace.components_)
+        z = np.clip(self._goal(plan) + STEPS["z"] * point[:n], *self.box)
         turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
         return replace(
             plan,
             palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
-            q_goal=clip_to_range(subspace.inverse_transform(z)),
+            **self._destination(z),
             squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
             arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
         )
@@ -219,7 +238,7 @@ class _Search:
 
     def _cost_on(self, stage: Stage, plan: GraspPlan) -> float:
         try:
-            self.controller.navigation.check_goal(self.controller.subspace.transform(plan.q_goal))
+            self.controller.navigation.check_goal(self._goal(plan))
         except InputError:  # too far from what was recorded
             return NO_WAY
         return cost_of(run_plan(self.controller, stage, plan, brief=True), self.task)

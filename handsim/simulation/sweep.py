@@ -1,12 +1,12 @@
 """Many grasps: tasks, controllers, hands and conditions in all combinations, as rows of a table."""
 
-import hashlib
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields
 
 from handsim.errors import HandsimError
+from handsim.simulation.content import content_digest
 from handsim.simulation.grasping import Grasper
+from handsim.simulation.plan_key import object_content, task_content
 from handsim.simulation.pool import Pool
 from handsim.simulation.rollout import current_versions
 from handsim.simulation.sweep_plans import Planned, Progress, Source, SweepGraspers
@@ -43,15 +43,19 @@ COLUMNS: tuple[str, ...] = tuple(field.name for field in fields(SweepRow))
 
 
 def sweep_key(spec: SweepSpec, sources: Mapping[str, Source]) -> str:
-    """Return what distinguishes the rows of a sweep: values, controllers and versions."""
+    """Return what distinguishes the rows of a sweep: values, controllers and versions.
+
+    Tasks and objects count as they are, not by their names; numbers without their last digits
+    (`handsim.simulation.content`), so that a sweep goes on on another machine.
+    """
     content = {
-        **{name: list(values) for name, values in vars(spec).items() if name != "tasks"},
-        "tasks": [task.name for task in spec.tasks],
+        **vars(spec),
+        "tasks": [task_content(task) for task in spec.tasks],
+        "objects": [object_content(task.thing) for task in spec.tasks],
         "controllers": [(name, sources[name].digest) for name in spec.controllers],
-        "hands": [asdict(hand) for hand in spec.hands],
         "versions": _versions(),
     }
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]
+    return content_digest(content)[:12]
 
 
 def sweep(

@@ -1,19 +1,17 @@
 """What grasps in each run of a sweep: the script, or a controller with a plan for every hand."""
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
+from itertools import product
 
 from handsim.errors import FileError
 from handsim.hand.grasp_task import Task
 from handsim.learning.controller import GraspController
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.grasping import ControllerGrasper, Grasper
+from handsim.simulation.content import content_digest
+from handsim.simulation.grasping import ControllerGrasper, Grasper, Wanted, search_plan
 from handsim.simulation.plan import GraspPlan
-from handsim.simulation.planner import plan_grasp, run_plan
+from handsim.simulation.planner import run_plan
 from handsim.simulation.pool import Pool
 from handsim.simulation.rollout import Rollout
 from handsim.simulation.stage import Stage
@@ -69,11 +67,6 @@ class SweepGraspers:
     sources
         Controllers by their names in ``spec``.
     table
-
-    Attributes
-    ----------
-    unplanned
-        A run for each controller, hand, side and task that has no plan yet.
     """
 
     def __init__(self, spec: SweepSpec, sources: Mapping[str, Source], table: ResultsTable) -> None:
@@ -83,11 +76,18 @@ class SweepGraspers:
         for run in spec.runs():
             if run.number not in table:
                 missing.setdefault((_hand(run), run.task.name), run)
+        self._wanted: list[tuple[SweepRun, Wanted]] = []
         for run in missing.values():
             if _hand(run) not in self._by_hand:
                 self._by_hand[_hand(run)] = sources[run.controller].grasper(run.usual)
-                self._read_plans(run)
-        self.unplanned = [run for run in missing.values() if self._lacks_plan(run)]
+                grasper = self._planning(run)
+                self._plans[_hand(run)] = grasper.read() if grasper else {}
+            self._look_up(run)
+
+    @property
+    def unplanned(self) -> list[SweepRun]:
+        """A run for each controller, hand, side and task that has no plan that fits."""
+        return [run for run, _ in self._wanted]
 
     def __getitem__(self, run: SweepRun) -> Grasper:
         """Return what grasps in a run."""
@@ -98,14 +98,18 @@ class SweepGraspers:
 
     def plan(self, pool: Pool, progress: Progress | None = None) -> None:
         """Make the plans that are missing and keep them where the controllers keep plans."""
-        n, jobs = len(self.unplanned), [(run, self._to_plan(run)) for run in self.unplanned]
-        by_number = {run.number: run for run in self.unplanned}
-        arguments = ((run.number, values) for run, values in jobs)
-        for done, (number, (plan, held)) in enumerate(pool(_plan, arguments), start=1):
-            self._keep(by_number[number], plan, held)
+        n = len(self._wanted)
+        arguments = (
+            (i, (self._controller(run), wanted)) for i, (run, wanted) in enumerate(self._wanted)
+        )
+        for done, (i, stored) in enumerate(pool(search_plan, arguments), start=1):
+            run, _ = self._wanted[i]
+            grasper = self._planning(run)
+            assert grasper is not None
+            self._plans[_hand(run)][run.task.name] = grasper.keep(run.task, stored)
             if progress:
                 progress(done / n)
-        self.unplanned = []
+        self._wanted = []
 
     def check(self, table: ResultsTable) -> None:
         """Check that rows in a table were made by the plans of now.
@@ -130,49 +134,44 @@ class SweepGraspers:
             return grasper
         return None
 
-    def _read_plans(self, run: SweepRun) -> None:
+    def _look_up(self, run: SweepRun) -> None:
+        """Find the plan of a run, or note what is to be planned."""
         grasper = self._planning(run)
-        if grasper is not None and grasper.store is not None:
-            self._plans[_hand(run)] = grasper.store.read()
-
-    def _lacks_plan(self, run: SweepRun) -> bool:
-        plans = self._plans.get(_hand(run), {})
-        return self._planning(run) is not None and run.task.name not in plans
-
-    def _to_plan(self, run: SweepRun) -> tuple[Any, ...]:
-        """Return the arguments of `_plan`."""
-        grasper = self._planning(run)
-        assert grasper is not None
-        return grasper.controller, run.task, run.usual, grasper.hint(run.task)
-
-    def _keep(self, run: SweepRun, plan: GraspPlan, held: bool) -> None:
-        """Store a plan, and use it as it is stored."""
-        grasper = self._planning(run)
-        assert grasper is not None
-        if grasper.store is None:
-            self._plans.setdefault(_hand(run), {})[run.task.name] = plan
+        if grasper is None:
             return
-        grasper.store.add(run.task.name, plan, held)
-        self._read_plans(run)
+        found = grasper.look_up(run.task, run.usual)
+        if isinstance(found, GraspPlan):
+            self._plans[_hand(run)][run.task.name] = found
+            return
+        grasper.tell_again(found)
+        self._wanted.append((run, found))
+
+    def _controller(self, run: SweepRun) -> GraspController:
+        grasper = self._planning(run)
+        assert grasper is not None
+        return grasper.controller
+
+
+def check_plans(spec: SweepSpec, sources: Mapping[str, Source]) -> None:
+    """Read all plans that a sweep may use, before its table is begun.
+
+    Raises
+    ------
+    FileError
+        If a file of plans cannot be read.
+    """
+    for name, hand, side in product(spec.controllers, spec.hands, spec.sides):
+        usual = Conditions(hand_length=hand.length, hand_breadth=hand.breadth, side=side)
+        grasper = sources[name].grasper(usual)
+        if isinstance(grasper, ControllerGrasper):
+            grasper.read()
 
 
 def _digest(plan: GraspPlan) -> str:
-    """Return eight hexadecimal digits that tell plans apart."""
-    numbers = (
-        plan.palm.pos, plan.palm.quat, plan.retreat, plan.q_start, plan.q_goal,
-        [plan.squeeze, plan.arrive],
-    )  # fmt: skip
-    return hashlib.sha256(np.concatenate(numbers).tobytes()).hexdigest()[:8]
+    """Return eight hexadecimal digits that tell plans apart, but not by their last bits."""
+    return content_digest(plan)[:8]
 
 
 def _hand(run: SweepRun) -> _Hand:
     """Return what decides where plans are: controller, hand and side."""
     return run.controller, run.hand.name, run.side
-
-
-def _plan(
-    controller: GraspController, task: Task, conditions: Conditions, hint: GraspPlan | None
-) -> tuple[GraspPlan, bool]:
-    """Plan, and say whether the nominal run holds."""
-    plan, run = plan_grasp(controller, task, conditions, hint)
-    return plan, run.outcome.success

@@ -26,7 +26,7 @@ from handsim.simulation.closed_loop import simulate
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.drivers import LearnedDriver, learned_driver
 from handsim.simulation.plan import GraspPlan, schedule_for
-from handsim.simulation.plan_store import PlanStore, plan_key
+from handsim.simulation.plan_store import plan_store
 from handsim.simulation.planner import replayed_plan, run_plan
 from handsim.simulation.rollout import Rollout
 from handsim.simulation.stage import Stage
@@ -80,8 +80,8 @@ def scene(controller: GraspController, request: pytest.FixtureRequest) -> Scene:
 
 def set_up(controller: GraspController, name: str) -> Scene:
     stage = Stage.build(task_by_name(name), Conditions())
-    stored = data_folder("assets") / "plans" / f"{plan_key(controller.digest, Conditions())}.json"
-    plan = PlanStore(stored).read().get(name)
+    store = plan_store(data_folder("assets") / "plans", controller.digest, Conditions())
+    plan = store.read().get(name)
     if plan is None:  # as while the plans are made anew
         plan = replayed_plan(controller, stage, HandModel.from_spec(build_hand()))
     driver = learned_driver(controller, plan, stage.lead, schedule_for(stage.task))

@@ -1,8 +1,7 @@
 """`handsim report` and `view`."""
 
-import json
-import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,9 @@ from handsim.hand.model import HandModel, build_hand
 from handsim.hand.tasks import task_by_name
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.demonstrator import plan_for
+from handsim.simulation.plan import GraspPlan
+from handsim.simulation.plan_key import key_for
+from handsim.simulation.plan_store import StoredPlan
 from handsim.viewing import live, window
 
 TASK = "cube-raise"
@@ -23,10 +25,14 @@ def learned(run, tmp_path: Path) -> Path:
     """A controller with the demonstrator's plan of one task stored beside it."""
     path = tmp_path / "my controller.npz"
     assert run("learn", "-o", path, "--components", 2).code == 0
-    store = planning_grasper(path, Conditions()).store
-    assert store is not None
-    store.add(TASK, plan_for(task_by_name(TASK), HandModel.from_spec(build_hand()))[0], True)
+    plan, _ = plan_for(task_by_name(TASK), HandModel.from_spec(build_hand()))
+    _keep(path, Conditions(), plan)
     return path
+
+
+def _keep(path: Path, hand: Conditions, plan: GraspPlan) -> None:
+    task = task_by_name(TASK)
+    planning_grasper(path, hand).keep(task, StoredPlan(plan, True, key_for(task, hand)))
 
 
 def test_the_page_holds_what_is_planned_and_how_it_was_made(run, learned, tmp_path) -> None:
@@ -62,12 +68,7 @@ def test_plans_for_this_hand_come_before_those_for_the_median_one(learned) -> No
     assert _known_plan(learned, "jar-move", large) is None
     median = _known_plan(learned, TASK, large)
     assert median is not None
-    path = planning_grasper(learned, Conditions()).store.path
-    content = json.loads(path.read_text())
-    content["plans"][TASK]["squeeze"] = 3.25
-    own = planning_grasper(learned, large).store.path
-    shutil.copy(path, own)
-    own.write_text(json.dumps(content))
+    _keep(learned, large, replace(median, squeeze=3.25))
     assert _known_plan(learned, TASK, large).squeeze == 3.25
     assert _known_plan(learned, TASK, Conditions()).squeeze == median.squeeze
 

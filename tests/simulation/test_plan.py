@@ -6,7 +6,6 @@ from handsim.hand.tasks import task_by_name
 from handsim.joints import JOINT_INDEX
 from handsim.simulation.conditions import Conditions, Perturbation, perturb
 from handsim.simulation.plan import GraspPlan, PalmPath, Pose, schedule_for
-from handsim.simulation.plan_store import PlanStore, plan_key
 from handsim.simulation.squeeze import SQUEEZE_DEG, ramp, squeeze_offset
 
 
@@ -97,25 +96,3 @@ def test_perturbations_stay_within_their_ranges_and_repeat():
     frictions = [trial.friction for trial in trials]
     assert ranges.friction[0] <= min(frictions) < max(frictions) <= ranges.friction[1]
     assert not any(trial.nominal for trial in trials)
-
-
-def test_plans_are_kept_by_task_and_survive_a_round_trip(tmp_path, plan):
-    store = PlanStore(tmp_path / "plans" / "a.json")
-    assert store.read() == {}
-    store.add("cube-raise", plan, held=True)
-    store.add("jar-move", plan, held=False)
-    back = store.read()
-    assert set(back) == {"cube-raise", "jar-move"}
-    np.testing.assert_allclose(back["cube-raise"].q_goal, plan.q_goal, rtol=1e-15)
-    np.testing.assert_array_equal(back["jar-move"].palm.quat, plan.palm.quat)
-
-
-def test_plan_keys_tell_hands_and_controllers_apart():
-    keys = {
-        plan_key("a", Conditions()),
-        plan_key("b", Conditions()),
-        plan_key("a", Conditions(hand_length=0.18)),
-        plan_key("a", Conditions(side="left")),
-    }
-    assert len(keys) == 4
-    assert plan_key("a", Conditions(seed=5, friction=0.5)) in keys

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from handsim.errors import FileError, HandsimError
@@ -12,10 +13,10 @@ from handsim.learning.controller import GraspController
 from handsim.simulation import sweep as module
 from handsim.simulation.conditions import Conditions
 from handsim.simulation.grasping import ControllerGrasper
-from handsim.simulation.plan_store import PlanStore, plan_key
+from handsim.simulation.plan_store import PlanStore, plan_store
 from handsim.simulation.pool import one_by_one, processes
 from handsim.simulation.sweep import COLUMNS, sweep, sweep_key
-from handsim.simulation.sweep_plans import Source, SweepGraspers
+from handsim.simulation.sweep_plans import Planned, Source, SweepGraspers
 from handsim.simulation.sweep_spec import SweepSpec, hand_preset
 from handsim.simulation.sweep_summary import rates, results_table
 from handsim.simulation.sweep_table import open_table
@@ -104,11 +105,11 @@ def test_a_worker_of_another_version_makes_no_row(monkeypatch):
 
 def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch):
     controller = GraspController.load(data_folder("assets") / "controller.npz")
-    built_in = data_folder("assets") / "plans" / f"{plan_key(controller.digest, Conditions())}.json"
-    known = PlanStore(built_in).read()
+    built_in = plan_store(data_folder("assets") / "plans", controller.digest, Conditions())
+    known = built_in.read()
     planned, used = [], []
 
-    def quickly(controller, task, conditions, hint):
+    def quickly(controller, task, conditions, hint, *, seed):
         planned.append((task.name, conditions.hand_length, conditions.side))
         assert conditions.nominal
         assert hint is not None
@@ -118,15 +119,15 @@ def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch)
         used.append(plan)
         return pretend(CUBE, stage)
 
-    monkeypatch.setattr("handsim.simulation.sweep_plans.plan_grasp", quickly)
+    monkeypatch.setattr("handsim.simulation.grasping.plan_grasp", quickly)
     monkeypatch.setattr("handsim.simulation.sweep_plans.run_plan", by_plan)
     monkeypatch.setattr(
         "handsim.simulation.sweep_plans.Stage", SimpleNamespace(build=lambda task, c: c)
     )
 
     def grasper(conditions):
-        own = tmp_path / "plans" / f"{plan_key(controller.digest, conditions)}.json"
-        return ControllerGrasper(controller, "plan", PlanStore(own), (PlanStore(built_in),))
+        own = plan_store(tmp_path / "plans", controller.digest, conditions)
+        return ControllerGrasper(controller, "plan", own, (built_in,))
 
     sources = {"mine": Source(controller.digest, grasper)}
     hands = (hand_preset("woman-5"), hand_preset("man-95"))
@@ -172,10 +173,11 @@ def test_rates_of_several_hands_and_of_none_perturbed(tmp_path):
 
 def test_rows_by_another_plan_are_not_mixed_in(tmp_path, monkeypatch):
     controller = GraspController.load(data_folder("assets") / "controller.npz")
-    built_in = data_folder("assets") / "plans" / f"{plan_key(controller.digest, Conditions())}.json"
-    plan = PlanStore(built_in).read()["cube-raise"]
+    built_in = plan_store(data_folder("assets") / "plans", controller.digest, Conditions())
+    entry = built_in.entries()["cube-raise"]
+    plan = entry.plan
     store = PlanStore(tmp_path / "plans.json")
-    store.add("cube-raise", plan, True)
+    store.add("cube-raise", entry)
     monkeypatch.setattr(
         "handsim.simulation.sweep_plans.run_plan",
         lambda controller, stage, plan: pretend(CUBE, stage),
@@ -190,9 +192,72 @@ def test_rows_by_another_plan_are_not_mixed_in(tmp_path, monkeypatch):
     assert len({row["plan"] for row in run(spec, path, sources=sources)}) == 1
     part = "".join(path.read_text().splitlines(keepends=True)[:-1])
     path.write_text(part)
-    store.add("cube-raise", replace(plan, squeeze=plan.squeeze + 0.01), True)
+    changed = replace(plan, squeeze=plan.squeeze * (1 + 1e-5))
+    store.add("cube-raise", replace(entry, plan=changed))
     with pytest.raises(FileError, match=r"r.csv: holds rows by another plan of cube-raise"):
         run(spec, path, sources=sources)
     assert path.read_text() == part
-    store.add("cube-raise", plan, True)
+    # A plan whose last bits another machine has made otherwise is the same.
+    store.add("cube-raise", replace(entry, plan=replace(plan, squeeze=plan.squeeze * (1 + 1e-15))))
+    assert store.read()["cube-raise"].squeeze != plan.squeeze
     assert len(run(spec, path, sources=sources)) == 3
+
+
+def test_plans_tell_themselves_apart_by_all_that_they_say():
+    controller = GraspController.load(data_folder("assets") / "controller.npz")
+    store = plan_store(data_folder("assets") / "plans", controller.digest, Conditions())
+    plan = store.read()["cube-raise"]
+    others = [
+        replace(plan, **{name: getattr(plan, name) * (1 + 1e-5)})
+        for name in ("retreat", "q_start", "q_goal", "z_goal", "squeeze", "arrive")
+    ]
+    others.append(replace(plan, palm=plan.palm.moved(np.array([1e-6, 0, 0]))))
+    digests = {Planned(controller, each).digest for each in (plan, *others)}
+    assert len(digests) == len(others) + 1
+    noise = replace(plan, z_goal=plan.z_goal * (1 - 1e-14), retreat=plan.retreat + 1e-17)
+    assert Planned(controller, noise).digest == Planned(controller, plan).digest
+
+
+def test_a_plan_of_another_task_is_made_again(tmp_path, monkeypatch):
+    controller = GraspController.load(data_folder("assets") / "controller.npz")
+    built_in = plan_store(data_folder("assets") / "plans", controller.digest, Conditions())
+    entry = built_in.entries()["cube-raise"]
+    store, told, used = PlanStore(tmp_path / "plans.json"), [], []
+    store.add("cube-raise", replace(entry, key=replace(entry.key, task="another")))
+    found = replace(entry.plan, squeeze=0.5)
+
+    def quickly(controller, task, conditions, start, *, seed):
+        assert start.squeeze == entry.plan.squeeze
+        return found, SimpleNamespace(outcome=HELD)
+
+    def by_plan(controller, stage, plan):
+        used.append(plan.squeeze)
+        return pretend(CUBE, stage)
+
+    monkeypatch.setattr("handsim.simulation.grasping.plan_grasp", quickly)
+    monkeypatch.setattr("handsim.simulation.sweep_plans.run_plan", by_plan)
+    monkeypatch.setattr(
+        "handsim.simulation.sweep_plans.Stage", SimpleNamespace(build=lambda task, c: c)
+    )
+    sources = {
+        "mine": Source("1", lambda c: ControllerGrasper(controller, store=store, note=told.append))
+    }
+    run(SweepSpec((CUBE,), ("mine",), seeds=(0, 1)), tmp_path / "r.csv", sources=sources)
+    assert told == ["plan of cube-raise is of another task: planned again"]
+    assert used == [0.5, 0.5]
+    assert store.entries()["cube-raise"].key == entry.key
+
+
+def test_the_key_goes_by_what_tasks_and_objects_are():
+    key = sweep_key(SPEC, SOURCES)
+    stricter = replace(CUBE, rule=replace(CUBE.rule, slip=0.019))
+    mine = replace(CUBE, own_object=replace(CUBE.thing, symmetry="z"))
+    same = replace(CUBE, own_object=replace(CUBE.thing, source="measured again"))
+    noisy = replace(CUBE, yaw_deg=CUBE.yaw_deg * (1 + 1e-15))
+    assert noisy.yaw_deg != CUBE.yaw_deg
+    for task, equal in ((stricter, False), (mine, False), (same, True), (noisy, True)):
+        assert (sweep_key(replace(SPEC, tasks=(task, JAR)), SOURCES) == key) is equal
+    (hand,) = SPEC.hands
+    noisy_hand = replace(hand, length=hand.length * (1 + 1e-15))
+    assert noisy_hand.length != hand.length
+    assert sweep_key(replace(SPEC, hands=(noisy_hand,)), SOURCES) == key
