@@ -9,12 +9,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from handsim.digests import content_digest
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS, clip_to_range
 from handsim.learning.attraction import DestinationMetric
 from handsim.learning.bspline import TensorBasis, TensorBSpline
-from handsim.learning.identity import content_digest
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
 from handsim.learning.options import Method, check_options
 from handsim.learning.paths import FlowPath, arc_length, follow
@@ -245,9 +245,10 @@ class GraspController:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of what the controller does, rounded as `identity` says.
+        """Digits that are the same for controllers that do the same, whatever made them.
 
-        How it came to be (method, options) does not count: equal digests, equal behaviour.
+        Numbers count as `digests.rounded` leaves them: what the last bits of another machine are
+        does not matter, nor does how the controller came to be (method, options).
         """
         metadata, arrays = self._content()
         behaviour = ("obstacle", "degree", "k", "demonstrations", "metric_reach")

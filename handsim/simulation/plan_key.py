@@ -11,13 +11,13 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from handsim.digests import content_digest, rounded
 from handsim.hand.grasp_object import Collider, GraspObject, Piece
 from handsim.hand.grasp_task import Side, Task
 from handsim.hand.model import PASSING_PAIRS
 from handsim.hand.objects import read_mesh
 from handsim.simulation.closed_loop import NO_SENSORS
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.content import content_digest, rounded
 from handsim.simulation.glove import RATE, DataGlove
 from handsim.simulation.plan import schedule_for
 from handsim.simulation.squeeze import SQUEEZE_DEG
@@ -52,7 +52,7 @@ class PlanKey:
     """Digests of all that decides whether a plan fits, apart from the controller.
 
     They are the same on every machine and under every version of MuJoCo: all numbers are rounded
-    to about six digits (`handsim.simulation.content`), some thousand times coarser than what
+    to about six digits (`handsim.digests`), some thousand times coarser than what
     compilers and libraries make of the last ones, and some thousand times finer than what a grasp
     would notice: a tenth of a micrometre at the thickness of a finger, a microgram at a pen.
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, fields
 
+from handsim.digests import content_digest
 from handsim.errors import HandsimError
-from handsim.simulation.content import content_digest
 from handsim.simulation.grasping import Grasper
 from handsim.simulation.plan_key import object_content, task_content
 from handsim.simulation.pool import Pool
@@ -46,7 +46,7 @@ def sweep_key(spec: SweepSpec, sources: Mapping[str, Source]) -> str:
     """Return what distinguishes the rows of a sweep: values, controllers and versions.
 
     Tasks and objects count as they are, not by their names; numbers without their last digits
-    (`handsim.simulation.content`), so that a sweep goes on on another machine.
+    (`handsim.digests`), so that a sweep goes on on another machine.
     """
     content = {
         **vars(spec),

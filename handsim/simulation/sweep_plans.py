@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
 
+from handsim.digests import content_digest
 from handsim.errors import FileError
 from handsim.hand.grasp_task import Task
 from handsim.learning.controller import GraspController
 from handsim.simulation.conditions import Conditions
-from handsim.simulation.content import content_digest
 from handsim.simulation.grasping import ControllerGrasper, Grasper, Wanted, search_plan
 from handsim.simulation.plan import GraspPlan
 from handsim.simulation.planner import run_plan

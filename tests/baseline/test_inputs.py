@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from handsim.baseline.inputs import (
-    STEP,
     controller_inputs,
     grasp_inputs,
-    in_digits,
-    in_steps,
     recording_inputs,
 )
 from handsim.baseline.scene_arrays import GROUPS, LEFT_OUT, OTHER, group_of, is_left_out
@@ -241,17 +238,3 @@ def test_all_of_a_recording_is_an_input(recordings):
         {"hand_length": first.hand_length + 1e-4}, {"hand_breadth": first.hand_breadth + 1e-4},
     ):  # fmt: skip
         assert recording_inputs([replace(first, **change)]) != before
-
-
-def test_steps_have_their_edges_where_there_are_no_numbers_of_few_digits():
-    for digits in range(8):
-        numbers = np.arange(-2000, 2000) * 10.0**-digits
-        for noise in (-1e-13, 1e-13):
-            np.testing.assert_array_equal(in_steps(numbers + noise), in_steps(numbers))
-            np.testing.assert_array_equal(in_digits(numbers * (1 + noise)), in_digits(numbers))
-    halves = 0.5 ** np.arange(40)
-    np.testing.assert_array_equal(in_digits(halves * (1 - 1e-14)), in_digits(halves))
-    assert in_steps(1.0) != in_steps(1.0 + 1.1 * STEP)
-    assert in_digits(np.array([3.21e-8])) != in_digits(np.array([3.22e-8]))
-    assert in_digits(np.array([5])) == 5
-    assert np.signbit(in_digits(np.array([-0.0, -1e-17]))).sum() == 0

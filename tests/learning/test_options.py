@@ -10,7 +10,6 @@ from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.learning.bspline import TensorBSpline
 from handsim.learning.controller import SCHEMA, GraspController
-from handsim.learning.identity import content_digest, rounded
 from handsim.learning.learn import learn_controller, learn_like
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.options import (
@@ -157,14 +156,3 @@ def test_a_hundredth_of_one_coefficient_makes_another(unusual: GraspController) 
     renamed = replace(unusual, demonstrations=(replace(unusual.demonstrations[0], name="x"),))
     assert len({unusual, changed, slower, renamed, unusual}) == 4
     assert unusual != "a controller"
-
-
-def test_numbers_are_told_apart_at_a_millionth_of_the_greatest() -> None:
-    x = np.array([1.5, -0.3, 0.0])
-    np.testing.assert_array_equal(rounded(x), rounded(x + 1e-10))
-    assert (rounded(x) != rounded(x + 4e-6)).any()
-    assert (rounded(x) != rounded(2 * x)).any()  # the exponent counts
-    assert content_digest({"a": 1}, {"x": x}) != content_digest({"a": 2}, {"x": x})
-    assert content_digest({}, {"x": x}) != content_digest({}, {"y": x})
-    assert content_digest({}, {"x": x[:2]}) != content_digest({}, {"x": x[:2, None]})
-    assert content_digest({}, {"x": np.zeros(3)}) == content_digest({}, {"x": -np.zeros(3)})

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from handsim.simulation.content import content_digest, rounded
+from handsim.digests import content_digest, rounded
 
 CHOSEN = np.concatenate(
     [
