@@ -35,11 +35,15 @@ demo: rendering
 	$(BIN)/handsim render $(DEMO)/$(TASK).npz -o $(DEMO)/postures.png
 	@echo "Look at $(DEMO)/grasp.mp4 and $(DEMO)/postures.png; the outcome is in $(DEMO)/result.json"
 
+# One process a core; more BLAS threads than cores would only wait for each other.
+PYTEST := OPENBLAS_NUM_THREADS=$${OPENBLAS_NUM_THREADS:-1} $(BIN)/python -m pytest \
+  --numprocesses auto --maxprocesses 8 --benchmark-disable --nbmake
+
 test: setup
-	$(BIN)/python -m pytest -m "not slow" --nbmake tests notebooks
+	$(PYTEST) -m "not slow" tests notebooks
 
 test-all: setup
-	$(BIN)/python -m pytest --nbmake tests notebooks
+	$(PYTEST) tests notebooks
 
 mutants: setup
 	$(BIN)/python tests/mutants/run.py

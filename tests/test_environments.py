@@ -36,8 +36,6 @@ OLD = environments.Variant(
     | environments.threads(1),
 )
 SAMPLED = [environments.Variant("as it is, 2 threads", environments.threads(2)), *[OLD] * X86]
-ACCURACY = 1e-6
-"""Of coefficients, where learning takes the same way everywhere; their size is 1."""
 
 
 def answers_of(variants, folder: Path, tasks=TASKS):
@@ -64,9 +62,9 @@ def sampled(tmp_path_factory):
 
 
 def check_learning(one, other) -> None:
-    """Coefficients within their accuracy, the same digest, movements within 0.001 deg."""
+    """Coefficients the same to the bit, the same digest, movements within 0.001 deg."""
     (before, learned), (after, again) = one, other
-    assert environments.off(learned, again) <= ACCURACY
+    assert environments.off(learned, again) == 0.0
     assert again.digest == learned.digest
     report = reported(before, after, "relearned/")
     assert report.ok, report.as_text()

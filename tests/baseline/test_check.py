@@ -12,7 +12,6 @@ from handsim.baseline.page import write_page
 from handsim.baseline.store import write_baseline
 from handsim.baseline.tolerances import MEASURES, Tolerances
 from handsim.errors import FileError, InputError
-from handsim.files import data_folder
 from handsim.joints import JOINT_INDEX, N_JOINTS
 from handsim.learning.bspline import TensorBSpline
 from handsim.simulation.conditions import Conditions
@@ -21,7 +20,6 @@ from handsim.testing import assert_as_baseline
 TASK = "cube-raise"
 HERE = Environment.here()
 ELSEWHERE = replace(HERE, blas_kernel="Sandybridge", processor="another")
-SHIPPED = data_folder("assets") / "baseline.npz"
 
 
 def findings(report, kind):
@@ -242,8 +240,3 @@ def test_answers_are_of_the_recorded_questions(controller, plans):
     }  # fmt: skip
     assert set(made.outputs.traces[f"grasp/{TASK}"].measures) == set(MEASURES)
     assert made.environment == HERE
-
-
-@pytest.mark.skipif(not SHIPPED.is_file(), reason="no baseline is shipped yet")
-def test_the_shipped_controller_does_what_it_did(controller, recordings):
-    assert_as_baseline(controller, SHIPPED, recordings=recordings)

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import check_grad
 
 from handsim.errors import InputError
+from handsim.learning import direction_fit
 from handsim.learning.bspline import TensorBasis, TensorBSpline
 from handsim.learning.certificate import certify
 from handsim.learning.descent import DescentCondition, box_corners
@@ -16,6 +17,7 @@ from handsim.learning.direction_fit import (
     rolled_out_samples,
     second_differences,
 )
+from handsim.learning.lbfgs import Minimum
 from handsim.learning.learn import learn_controller
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.paths import ARRIVAL, FlowPath, follow, path_error
@@ -170,6 +172,7 @@ def test_second_differences_vanish_on_planes_only() -> None:
     value, slope = second_differences(2 + 3 * i - j)
     assert value == pytest.approx(0, abs=1e-9) and np.abs(slope).max() < 1e-9
     assert second_differences(i**2)[0] == pytest.approx(4 * 3 * 6)  # (2)^2 at 3 places in 6 rows
+    assert second_differences(j**2)[0] == pytest.approx(4 * 4 * 5)
 
 
 @pytest.mark.parametrize("shape", [(9,), (5, 6), (4, 5, 6)])
@@ -182,6 +185,38 @@ def test_the_slope_of_second_differences_is_whole(shape: tuple[int, ...]) -> Non
     step = 1e-6
     ahead, behind = second_differences(c + step * other), second_differences(c - step * other)
     assert (ahead[0] - behind[0]) / (2 * step) == pytest.approx(np.sum(slope * other), rel=1e-7)
+
+
+def test_the_cost_has_the_gradient_it_says(paths: list, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of every part: directions, descent condition, smoothness, ridge, metric."""
+    checked = []
+
+    def check(cost, x, *_, **__) -> Minimum:
+        rng = np.random.default_rng(len(checked))
+        here = x + 0.5 * rng.normal(size=x.shape)  # so rough that the descent condition fails
+        gradient = cost(here)[1]
+        for scale in (1.0, 0.0):
+            along = rng.normal(size=x.shape)
+            along[:-10] *= scale  # the metric's parameters come last
+            ahead, behind = cost(here + 1e-6 * along)[0], cost(here - 1e-6 * along)[0]
+            assert (ahead - behind) / 2e-6 == pytest.approx(gradient @ along, rel=1e-4)
+        checked.append(here)
+        return Minimum(x, cost(x)[0], ())
+
+    monkeypatch.setattr(direction_fit, "minimise", check)
+    learner = DirectionLearner(
+        shape=(8,) * paths[0].shape[1], smoothness=0.1, ridge=0.1, descent=10.0, metric_ridge=0.1,
+        n_refinements=1,
+    )  # fmt: skip
+    learner.fit(paths)
+    assert len(checked) == 2
+
+
+def test_destinations_share_their_metric_over_three_quarters_of_their_spread(paths: list) -> None:
+    goals = np.array([path[-1] for path in paths])
+    spread = np.sqrt(np.mean(np.sum((goals - goals.mean(axis=0)) ** 2, axis=1)))
+    learner = DirectionLearner(n_iterations=1, n_refinements=0).fit(paths)
+    assert learner.navigation_.metric.reach == pytest.approx(0.75 * spread)
 
 
 def test_knots_follow_the_variance() -> None:
