@@ -31,6 +31,7 @@ LogEvaluator = Callable[[list[float]], list[float]]
 _TINY_DEPTH = 1e-12  # depth in the closing layer, as a fraction of its width, taken as its boundary
 MAX_K = 1e6
 """Largest exponent; doubles have no room for the powers of larger ones."""
+_EDGE = 1e-9  # of the workspace: nearer to its boundary than this, rounding decides what is outside
 _TINY_BETA = 1e-12  # least beta whose logarithm is taken; below lies the obstacle
 
 
@@ -227,7 +228,8 @@ class NavigationFunction:
                 f"destination of shape {goal.shape}; give {self.n_dimensions} finite coordinates"
             )
         low, high = self.obstacle.lower, self.obstacle.upper
-        outside = np.flatnonzero((goal <= low) | (goal >= high))
+        edge = _EDGE * (high - low)
+        outside = np.flatnonzero((goal <= low + edge) | (goal >= high - edge))
         if outside.size:
             i = int(outside[0])
             raise InputError(

@@ -112,7 +112,9 @@ def test_what_cannot_be_read_is_refused_in_one_line_and_not_overwritten(
 
 def test_where_plans_cannot_be_kept_they_are_used_and_that_is_said(run, tmp_path, planned):
     path = tmp_path / "c.npz"
-    replace(GraspController.load(CONTROLLER), method="another").save(path)
+    built_in = GraspController.load(CONTROLLER)
+    steeper = replace(built_in.navigation, k=built_in.navigation.k + 0.5)
+    replace(built_in, navigation=steeper).save(path)
     (tmp_path / "c.plans").write_text("a file, and no folder")
     said = run("grasp", path, "--task", TASK, "--trials", 2, "--json")
     assert said.code == 0
