@@ -8,7 +8,7 @@ BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
 
-.PHONY: setup demo test test-all mutants check notebooks bench build clean lock models assets pictures rendering results
+.PHONY: setup demo test test-ci test-all mutants check notebooks bench build clean lock models assets pictures rendering results
 .DELETE_ON_ERROR:
 
 setup: .venv/.installed
@@ -41,6 +41,9 @@ PYTEST := OPENBLAS_NUM_THREADS=$${OPENBLAS_NUM_THREADS:-1} $(BIN)/python -m pyte
 
 test: setup
 	$(PYTEST) -m "not slow" tests notebooks
+
+test-ci: setup
+	$(PYTEST) -m ci tests
 
 test-all: setup
 	$(PYTEST) tests notebooks

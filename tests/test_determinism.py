@@ -26,7 +26,7 @@ LEARN = """
 import hashlib
 from handsim import data_folder, learn_controller, read_recordings
 
-recordings = read_recordings(data_folder("assets") / "experiments")
+recordings = read_recordings(data_folder("assets") / "experiments")[:8]
 print(learn_controller(recordings, seed=3).controller.digest)
 """
 

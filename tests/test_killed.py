@@ -45,6 +45,8 @@ print(unfinished)
 """
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_fifty_kills_leave_no_unreadable_file(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, str(tmp_path), "50"],

@@ -107,12 +107,15 @@ def variants(pythons: tuple[str, ...] = ()) -> tuple[list[Variant], dict[str, st
     return made, refused
 
 
-def answer_here(folder: Path, tasks: tuple[str, ...]) -> None:
+def answer_here(folder: Path, tasks: tuple[str, ...], n_movements: int | None) -> None:
     """Learn, move and grasp in this process; write answers and learned controller to a folder."""
     controller = GraspController.load(data_folder("assets") / "controller.npz")
     learned = learn_like(controller, read_recordings(data_folder("assets") / "experiments"))
     plans = built_in_plans()
-    questions = questions_for(controller, {task: plans[task] for task in tasks})
+    asked = questions_for(controller, {task: plans[task] for task in tasks})
+    names = list(asked.starts)[:n_movements]
+    starts, goals = ({n: ends[n] for n in names} for ends in (asked.starts, asked.goals))
+    questions = Questions(starts, goals, asked.plans)
     moved = Questions(questions.starts, questions.goals, {})
     again = answer(learned, moved).traces
     outputs = answer(controller, questions)
@@ -153,11 +156,12 @@ def main() -> None:
     parser.add_argument("--tasks", type=int, default=24, help="how many grasps, all by default")
     parser.add_argument("--python", action="append", default=[], help="another interpreter")
     parser.add_argument("--json", type=Path, help="file to write all deviations to")
+    parser.add_argument("--movements", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--answer", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--task", action="append", default=[], help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.answer:
-        answer_here(given.answer, tuple(given.task))
+        answer_here(given.answer, tuple(given.task), given.movements)
         return
     tasks = tuple(built_in_plans())[: given.tasks]
     made, refused = variants(tuple(given.python))

@@ -180,7 +180,7 @@ def test_help_starts_quickly_because_nothing_heavy_is_imported():
 
 def test_certified_learning_is_certified_and_the_exit_code_says_so(run, tmp_path):
     path = tmp_path / "c.npz"
-    assert run("learn", "-o", path, "--certified").code == 0
+    assert run("learn", "-o", path, "--certified", "--components", 2).code == 0
     proven = run("certify", path, "--json")
     assert proven.code == 0
     said = proven.json()
@@ -190,6 +190,8 @@ def test_certified_learning_is_certified_and_the_exit_code_says_so(run, tmp_path
     assert said["k_min"] <= said["k"]
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_figures_are_drawn_as_png_and_svg(run, tmp_path):
     assert run("figures", "-o", tmp_path / "figures").code == 0
     drawn = {path.name for path in (tmp_path / "figures").iterdir()}

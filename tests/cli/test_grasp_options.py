@@ -75,6 +75,8 @@ def test_processes_at_once_change_nothing_but_the_time(run):
     assert run(*asked, "--jobs", 2).json() == run(*asked).json()
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_an_object_left_out_is_grasped_by_what_has_not_seen_it(run, planned, tmp_path):
     path = shutil.copy(CONTROLLER, tmp_path / "c.npz")
     asked = ("grasp", path, "--leave-out", "jar", "--task", "all", "--json")

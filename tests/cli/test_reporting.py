@@ -35,6 +35,8 @@ def _keep(path: Path, hand: Conditions, plan: GraspPlan) -> None:
     planning_grasper(path, hand).keep(task, StoredPlan(plan, True, key_for(task, hand)))
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_the_page_holds_what_is_planned_and_how_it_was_made(run, learned, tmp_path) -> None:
     page = tmp_path / "report.html"
     result = run("report", learned, "-o", page)

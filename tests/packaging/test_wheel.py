@@ -94,6 +94,8 @@ def check_installed(programs: Path, folder: Path) -> None:
     assert said["answers"]
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_installed_it_grasps_draws_and_checks(programs, tmp_path):
     check_installed(programs, tmp_path)
 

@@ -107,7 +107,7 @@ seeds = 25
 @pytest.fixture(
     scope="module",
     params=[
-        pytest.param(FEW, id="few"),
+        pytest.param(FEW, id="few", marks=[pytest.mark.slow, pytest.mark.ci]),
         pytest.param(FIVE_HUNDRED, id="five hundred", marks=pytest.mark.slow),
     ],
 )
