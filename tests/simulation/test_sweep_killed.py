@@ -210,6 +210,8 @@ def test_a_lost_scheduler_is_told_in_a_line_and_what_is_done_is_kept(tmp_path):
     assert output.read_bytes().count(b"\n") == 1 + 10
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_an_interrupt_ends_driver_and_workers(tmp_path):
     file, output = tmp_path / "sweep.toml", tmp_path / "results.csv"
     file.write_text(FEW)

@@ -177,6 +177,8 @@ def test_eigengrasps_go_both_ways_from_the_mean(
         assert (below != mean).any()
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_all_figures_in_both_formats(
     rendering: str,
     controller: GraspController,
