@@ -2,6 +2,7 @@
 #   make setup      virtual environment with the pinned packages
 #   make demo       learn, grasp the tall glass, write video, contact sheet and result to out/demo
 #   make test       the tests, slow ones sampled
+#   make test-ci    the slow ones that nothing may land without
 #   make mutants    whether the tests notice small faults in what decides verdicts
 PYTHON ?= python3
 BIN := .venv/bin
@@ -42,8 +43,9 @@ PYTEST := OPENBLAS_NUM_THREADS=$${OPENBLAS_NUM_THREADS:-1} $(BIN)/python -m pyte
 test: setup
 	$(PYTEST) -m "not slow" tests notebooks
 
+# One after the other, since some of them measure time.
 test-ci: setup
-	$(PYTEST) -m ci tests
+	$(BIN)/python -m pytest -m ci --benchmark-disable tests
 
 test-all: setup
 	$(PYTEST) tests notebooks

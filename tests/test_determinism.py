@@ -46,10 +46,9 @@ def fresh_process(code: str, *args: object, threads: int = 1) -> str:
     return done.stdout.strip()
 
 
-@pytest.mark.parametrize(
-    "driver",
-    [pytest.param("demonstrator", marks=[pytest.mark.ci, pytest.mark.slow]), "controller"],
-)
+@pytest.mark.ci
+@pytest.mark.slow
+@pytest.mark.parametrize("driver", ["demonstrator", "controller"])
 def test_grasps_repeat_to_the_bit_across_processes(driver):
     first = fresh_process(GRASP, driver, 1)
     assert len(first) == hashlib.sha256().digest_size * 2

@@ -30,13 +30,13 @@ N_MOVEMENTS = 16
 X86 = platform.machine() in ("x86_64", "AMD64")
 USUAL = environments.Variant("as it is, 1 thread", environments.threads(1))
 OLD = environments.Variant(
-    "Sandybridge, numpy without SIMD, libm without FMA",
+    "Sandybridge, 2 threads, numpy without SIMD, libm without FMA",
     environments.kernel("Sandybridge")
     | environments.NO_SIMD
     | environments.NO_FMA
-    | environments.threads(1),
+    | environments.threads(2),
 )
-SAMPLED = [environments.Variant("as it is, 2 threads", environments.threads(2)), *[OLD] * X86]
+SAMPLED = [OLD] if X86 else [environments.Variant("as it is, 2 threads", environments.threads(2))]
 
 
 def answers_of(variants, folder: Path, tasks=TASKS, n_movements=N_MOVEMENTS):

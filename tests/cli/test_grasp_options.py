@@ -70,6 +70,8 @@ def test_a_left_hand_grasps(run, tmp_path):
     assert right["per_trial"][0]["peak_slip_m"] != rollout.outcome.peak_slip_m
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_processes_at_once_change_nothing_but_the_time(run):
     asked = ("grasp", "demonstrator", "--task", "cube-raise", "--trials", 1, "--json")
     assert run(*asked, "--jobs", 2).json() == run(*asked).json()
@@ -96,6 +98,8 @@ def test_an_object_left_out_is_grasped_by_what_has_not_seen_it(run, planned, tmp
     assert len(planned) == 2
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_what_is_left_out_comes_from_the_recordings_named(run, planned, tmp_path):
     folder = shutil.copytree(EXPERIMENTS, tmp_path / "mine")
     asked = ("grasp", "--recordings", folder, "--leave-out", "cube", "--task", "cube-raise")

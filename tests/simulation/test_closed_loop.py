@@ -239,6 +239,8 @@ def test_divergence_is_a_matter_of_speed_and_numbers(speed, bad):
     assert diverged(qvel, warnings).tolist() == [False, True, bad, False]
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_what_is_not_physics_costs_little(stage, plan, driver, run):
     """Held to 1.15 by the benchmarks (`make bench`); with room here for a busy machine."""
     model = run.model()

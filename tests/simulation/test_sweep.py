@@ -77,6 +77,8 @@ def test_only_what_is_missing_is_done(tmp_path):
     assert path.read_bytes() == whole
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_processes_at_once_give_what_one_gives(tmp_path):
     run(SPEC, tmp_path / "one.csv")
     run(SPEC, tmp_path / "two.csv", processes(2))

@@ -74,6 +74,8 @@ print(amidst, tables)
 """
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_killed_forty_times_amidst_its_work(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, str(tmp_path), "40"],

@@ -20,6 +20,8 @@ from handsim.simulation.demonstrator import demonstrate
 from handsim.viewing import page
 from handsim.viewing.report import write_report
 
+pytestmark = [pytest.mark.ci, pytest.mark.slow]
+
 HOSTILE = "<script>alert('&')</script>"
 SECTIONS = ["data", "subspace", "learning", "certificate", "scores", "grasps", "making"]
 
