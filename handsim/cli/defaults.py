@@ -7,7 +7,8 @@ import numpy as np
 
 from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
-from handsim.learning.controller import GraspController, demonstrations_of
+from handsim.learning.controller import GraspController
+from handsim.learning.demonstration import demonstrations_of
 from handsim.motion.recording import RecordingSet, read_recordings
 
 if TYPE_CHECKING:

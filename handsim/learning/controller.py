@@ -15,46 +15,18 @@ from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS, clip_to_range
 from handsim.learning.attraction import DestinationMetric
 from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning.demonstration import Demonstration, stored_demonstrations
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
 from handsim.learning.options import Method, check_options
 from handsim.learning.paths import FlowPath, arc_length, follow
 from handsim.learning.stored_controller import check_content
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
-from handsim.motion.recording import RecordingSet
 
 Array = npt.NDArray[np.float64]
 TimeLaw = Literal["natural", "gradient"]
 
 SCHEMA = 3  # 1: without a metric of destinations; 2: with few of the options; both still read
-
-
-@dataclass(frozen=True)
-class Demonstration:
-    """What a recording leaves in the controller.
-
-    Attributes
-    ----------
-    name, task, object
-        As in the recording.
-    q_start, q_goal : (22,) [rad]
-        First and last posture recorded, whole.
-    z_start, z_goal : (n_components,) [rad]
-        The same in the subspace.
-    hand_length, hand_breadth : [m]
-    duration : [s]
-    """
-
-    name: str
-    task: str
-    object: str
-    q_start: Array
-    q_goal: Array
-    z_start: Array
-    z_goal: Array
-    hand_length: float
-    hand_breadth: float
-    duration: float
 
 
 class PostureSequence(NamedTuple):
@@ -275,7 +247,7 @@ class GraspController:
             return cls(
                 subspace=PostureSubspace.from_arrays(arrays),
                 navigation=_navigation_of(metadata, arrays),
-                demonstrations=_demonstrations_of(metadata, arrays),
+                demonstrations=stored_demonstrations(metadata, arrays),
                 method=metadata["method"],
                 certified=bool(metadata["certified"]),
                 options=_options_of(metadata),
@@ -322,27 +294,6 @@ class GraspController:
         return metadata, arrays
 
 
-def demonstrations_of(
-    recordings: RecordingSet, subspace: PostureSubspace
-) -> tuple[Demonstration, ...]:
-    """Return what is kept of recordings."""
-    return tuple(
-        Demonstration(
-            name=r.name,
-            task=r.task,
-            object=r.object,
-            q_start=r.q[0],
-            q_goal=r.q[-1],
-            z_start=subspace.transform(r.q[0]),
-            z_goal=subspace.transform(r.q[-1]),
-            hand_length=r.hand_length,
-            hand_breadth=r.hand_breadth,
-            duration=r.duration,
-        )
-        for r in recordings
-    )
-
-
 def _timed_naturally(points: Array, duration: float, rate: float) -> tuple[Array, Array]:
     time = _frame_times(duration, rate)
     length = arc_length(points)
@@ -380,13 +331,3 @@ def _options_of(metadata: Mapping[str, Any]) -> dict[str, Any]:
         if metadata["schema"] == 1:
             kept |= {"metric_ridge": None, "averaging": 0.0}
     return check_options(metadata["method"], kept | dict(metadata.get("options", {})))
-
-
-def _demonstrations_of(
-    metadata: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
-) -> tuple[Demonstration, ...]:
-    vectors = ("q_start", "q_goal", "z_start", "z_goal")
-    return tuple(
-        Demonstration(**record, **{name: arrays[name][i] for name in vectors})
-        for i, record in enumerate(metadata["demonstrations"])
-    )

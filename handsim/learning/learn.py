@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from handsim.errors import InputError
-from handsim.learning.controller import GraspController, demonstrations_of
+from handsim.learning.controller import GraspController
+from handsim.learning.demonstration import demonstrations_of
 from handsim.learning.navigation import check_exponent
 from handsim.learning.options import Method, learner_with, options_of
 from handsim.learning.pde_fit import PDELearner

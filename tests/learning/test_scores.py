@@ -8,8 +8,9 @@ import pytest
 
 from handsim.errors import InputError
 from handsim.learning.bspline import TensorBasis, TensorBSpline
-from handsim.learning.controller import GraspController, demonstrations_of
+from handsim.learning.controller import GraspController
 from handsim.learning.critical import certification, grid, not_arriving
+from handsim.learning.demonstration import demonstrations_of
 from handsim.learning.inspection import (
     cumulative_variance,
     eigengrasps,

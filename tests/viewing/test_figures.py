@@ -9,7 +9,8 @@ from sklearn.decomposition import PCA
 
 from handsim.joints import UPPER
 from handsim.learning.bspline import TensorBSpline
-from handsim.learning.controller import GraspController, demonstrations_of
+from handsim.learning.controller import GraspController
+from handsim.learning.demonstration import demonstrations_of
 from handsim.learning.direction_fit import DirectionLearner
 from handsim.learning.learn import learn_controller
 from handsim.learning.navigation import ExponentialObstacle, NavigationFunction

@@ -1,0 +1,73 @@
+"""What recordings leave in a controller: both ends of each movement, and how long it took."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.learning.subspace import PostureSubspace
+from handsim.motion.recording import RecordingSet
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """What a recording leaves in the controller.
+
+    Attributes
+    ----------
+    name, task, object
+        As in the recording.
+    q_start, q_goal : (22,) [rad]
+        First and last posture recorded, whole.
+    z_start, z_goal : (n_components,) [rad]
+        The same in the subspace.
+    hand_length, hand_breadth : [m]
+    duration : [s]
+    """
+
+    name: str
+    task: str
+    object: str
+    q_start: Array
+    q_goal: Array
+    z_start: Array
+    z_goal: Array
+    hand_length: float
+    hand_breadth: float
+    duration: float
+
+
+def demonstrations_of(
+    recordings: RecordingSet, subspace: PostureSubspace
+) -> tuple[Demonstration, ...]:
+    """Return what is kept of recordings."""
+    return tuple(
+        Demonstration(
+            name=r.name,
+            task=r.task,
+            object=r.object,
+            q_start=r.q[0],
+            q_goal=r.q[-1],
+            z_start=subspace.transform(r.q[0]),
+            z_goal=subspace.transform(r.q[-1]),
+            hand_length=r.hand_length,
+            hand_breadth=r.hand_breadth,
+            duration=r.duration,
+        )
+        for r in recordings
+    )
+
+
+def stored_demonstrations(
+    metadata: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
+) -> tuple[Demonstration, ...]:
+    """Restore demonstrations from the metadata and arrays of a controller's file."""
+    vectors = ("q_start", "q_goal", "z_start", "z_goal")
+    return tuple(
+        Demonstration(**record, **{name: arrays[name][i] for name in vectors})
+        for i, record in enumerate(metadata["demonstrations"])
+    )
