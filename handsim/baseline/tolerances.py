@@ -84,9 +84,13 @@ ENVIRONMENT_LIMITS = Tolerances(
     replayed_deg=0.1,
     relearned_deg=0.1,
     simulated_deg=10.0,
-    measures=MEASURES
-    | {"lift_m": 0.001, "peak_slip_m": 0.002, "peak_tilt_deg": 10.0, "hold_s": 0.05}
-    | {"penetration_m": 0.001},
+    measures={
+        "lift_m": 0.001,
+        "peak_slip_m": 0.002,
+        "peak_tilt_deg": 10.0,
+        "hold_s": 0.05,
+        "penetration_m": 0.001,
+    },
 )
 """How far answers of one controller may be apart for another environment to be the reason: what was
 measured between MuJoCo 4.0 and 3.17, rounded up to 1, 2 or 5 of the next decimal, and no less than
