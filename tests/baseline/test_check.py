@@ -126,6 +126,8 @@ def test_an_object_that_is_turned_is_named(grasps, controller):
     assert "scene geometry" in told
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_a_recording_dropped(baseline, controller, recordings):
     report, _ = check_baseline(baseline, controller, recordings.without(0))
     assert f"is gone ({recordings[0].name})" in {f.text for f in findings(report, "input")}

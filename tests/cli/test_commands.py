@@ -65,6 +65,8 @@ def test_learning_twice_gives_the_same_file(run, learned, tmp_path):
 @pytest.mark.skipif(
     not REAL.is_dir(), reason="the published recordings are not beside the checkout"
 )
+@pytest.mark.ci
+@pytest.mark.slow
 def test_people_are_imported_learned_and_followed(run, tmp_path):
     files = sorted(REAL.glob("*_raw.mat"))
     folder, controller = tmp_path / "R", tmp_path / "c.npz"

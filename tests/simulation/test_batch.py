@@ -59,6 +59,8 @@ def alone(job: Job) -> Rollout:
     return simulate(job.stage, job.plan, job.driver, job.glove, job.schedule)
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_seeds_sizes_and_perturbations_come_out_as_one_by_one(controller, plan):
     conditions = [
         Conditions(seed=3),

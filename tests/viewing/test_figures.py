@@ -219,6 +219,8 @@ def test_all_figures_in_both_formats(
             assert ElementTree.parse(path).getroot().tag.endswith("svg")
 
 
+@pytest.mark.ci
+@pytest.mark.slow
 def test_one_component_leaves_out_what_needs_a_plane(
     rendering: str, recordings: RecordingSet, target: Path
 ) -> None:
