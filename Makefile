@@ -64,7 +64,7 @@ notebooks: setup
 
 bench: rendering
 	mkdir -p out
-	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.gl import choose_backend as f; print(f())") \
+	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.opengl.backend import choose_backend as f; print(f())") \
 	$(BIN)/python -m pytest tests/benchmarks -m slow --benchmark-only --benchmark-json=out/benchmarks.json
 
 results: setup
@@ -87,25 +87,24 @@ lock: setup
 	  --no-emit-index-url --custom-compile-command "make lock" --extra dev pyproject.toml -o requirements.lock
 
 models: setup
-	$(BIN)/python -m handsim.learning.eigengrasps assets/experiments models/hand/eigengrasps.csv
-	$(BIN)/python -m handsim.hand.model models/hand
+	$(BIN)/python models/hand/make.py
 
 assets: setup
-	$(BIN)/python -m handsim.hand.object_meshes assets/objects
-	$(BIN)/python -m handsim.simulation.experiments assets/experiments
+	$(BIN)/python assets/objects/make.py
+	$(BIN)/python assets/experiments/make.py
 	$(BIN)/handsim learn -o assets/controller.npz
 	rm -f assets/plans/*.json
 	$(BIN)/handsim grasp --task all --jobs 2
 	$(BIN)/handsim baseline record assets/baseline.npz
 
 pictures: rendering
-	$(BIN)/python -m handsim.viewing.sheets keyframes models/hand/hand.png
-	$(BIN)/python -m handsim.viewing.sheets hands models/hand/sizes.png
-	$(BIN)/python -m handsim.viewing.sheets retargeting models/hand/retargeting.png \
-	  --robot tests/hand/data/four_finger_hand.xml --palm base_frame \
+	$(BIN)/python -m handsim.viewing.contact_sheets keyframes models/hand/hand.png
+	$(BIN)/python -m handsim.viewing.contact_sheets hands models/hand/sizes.png
+	$(BIN)/python -m handsim.viewing.contact_sheets retargeting models/hand/retargeting.png \
+	  --robot tests/retargeting/data/four_finger_hand.xml --palm base_frame \
 	  --fingertips thumb=thumb_touch index=f1_touch middle=f2_touch ring=f3_touch
-	$(BIN)/python -m handsim.viewing.sheets grasps assets/grasps.png
-	MUJOCO_GL=$${MUJOCO_GL:-egl} $(BIN)/python -m handsim.hand.object_sheet assets/objects.png
+	$(BIN)/python -m handsim.viewing.contact_sheets grasps assets/grasps.png
+	MUJOCO_GL=$${MUJOCO_GL:-egl} $(BIN)/python assets/objects/sheet.py assets/objects.png
 	$(BIN)/handsim grasp --task $(TASK) -o out
 	$(BIN)/handsim render out/$(TASK).npz -o assets/pictures/grasp.gif --size 400x300 --fps 15
 	$(BIN)/handsim figures -o out/figures

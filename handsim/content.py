@@ -28,8 +28,8 @@ class ByContent:
         return hash((type(self), *map(_key, _values(self))))
 
 
-def _values(thing: Any) -> list[Any]:
-    return [getattr(thing, field.name) for field in fields(thing) if field.compare]
+def _values(item: Any) -> list[Any]:
+    return [getattr(item, field.name) for field in fields(item) if field.compare]
 
 
 def _same(one: Any, other: Any) -> bool:

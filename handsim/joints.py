@@ -15,13 +15,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from handsim.types import Array
+
 Finger = Literal["thumb", "index", "middle", "ring", "little"]
 Motion = Literal["flexion", "abduction", "rotation", "arch", "deviation"]
 
 FINGERS: tuple[Finger, ...] = ("thumb", "index", "middle", "ring", "little")
+CONTACT_PARTS: tuple[str, ...] = (*FINGERS, "palm")
+"""Parts of the hand whose contact load on the object is kept, in column order."""
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,12 @@ The baseline is what ``handsim baseline record baseline.npz --controller control
 from pathlib import Path
 
 from handsim.baseline.check import check_baseline
-from handsim.baseline.report import Report
+from handsim.baseline.findings import Report
 from handsim.baseline.store import read_baseline
 from handsim.baseline.tolerances import Tolerances
+from handsim.grasping.conditions import Conditions
 from handsim.learning.controller import GraspController
-from handsim.motion.recording import RecordingSet
-from handsim.simulation.conditions import Conditions
+from handsim.recordings.folder import RecordingSet
 
 
 def assert_as_baseline(

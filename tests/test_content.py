@@ -9,9 +9,10 @@ import trimesh
 
 from handsim import data_folder, object_from_mesh, read_postures, read_recordings, read_rollout
 from handsim.content import ByContent
-from handsim.hand.model import HandModel, build_hand
-from handsim.hand.objects import read_mesh
-from handsim.viewing.postures import posture_clip
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
+from handsim.objects.mjcf import read_mesh
+from handsim.viewing.film.posture_clips import posture_clip
 
 KEPT = Path(__file__).parent / "data" / "schemas"
 EXPERIMENTS = data_folder("assets") / "experiments"

@@ -10,8 +10,8 @@ import pytest
 GRASP = """
 import hashlib, sys
 from handsim import Conditions, GraspController, data_folder, demonstrate, task_by_name
-from handsim.simulation.grasping import ControllerGrasper
-from handsim.simulation.conditions import perturb
+from handsim.grasping.planning.grasper import ControllerGrasper
+from handsim.grasping.conditions import perturb
 
 task, conditions = task_by_name("cube-raise"), perturb(Conditions(), int(sys.argv[2]))
 if sys.argv[1] == "demonstrator":

@@ -16,10 +16,10 @@ from handsim import files
 from handsim.disk import naming
 from handsim.errors import FileError
 from handsim.files import data_folder
-from handsim.hand.model import write_hand
-from handsim.motion.recording import read_recordings, write_recordings
-from handsim.simulation.sweep_table import open_table
-from handsim.viewing.video import write_image, write_video
+from handsim.grasping.sweep.table import open_table
+from handsim.hand.export import write_hand
+from handsim.recordings.folder import read_recordings, write_recordings
+from handsim.viewing.film.video import write_image, write_video
 
 EXPERIMENTS = data_folder("assets") / "experiments"
 SPACE = 64 * 1024

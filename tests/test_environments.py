@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from handsim.baseline.comparison import compare
-from handsim.baseline.report import Report
+from handsim.baseline.findings import Report
 
 _source = Path(__file__).parent / "benchmarks" / "environments.py"
 _spec = importlib.util.spec_from_file_location("environments", _source)

@@ -8,10 +8,10 @@ import pytest
 from handsim.baseline import read_baseline
 from handsim.errors import FileError
 from handsim.files import read_archive, write_archive
+from handsim.grasping.planning.plan_store import PlanStore
+from handsim.grasping.rollout_file import read_rollout
 from handsim.joints import N_JOINTS
 from handsim.learning.controller import GraspController
-from handsim.simulation.plan_store import PlanStore
-from handsim.simulation.rollout import read_rollout
 
 KEPT = Path(__file__).parent / "data" / "schemas"
 

@@ -7,21 +7,21 @@ again.
 
 from handsim.baseline.comparison import compare
 from handsim.baseline.environment import Environment
-from handsim.baseline.outputs import Outputs, Questions, answer, questions_for
-from handsim.baseline.report import Report
+from handsim.baseline.findings import Report
+from handsim.baseline.results import Cases, Results, answer, cases_for
 from handsim.baseline.store import Baseline, read_baseline, write_baseline
 from handsim.baseline.tolerances import Tolerances
 
 __all__ = [
     "Baseline",
+    "Cases",
     "Environment",
-    "Outputs",
-    "Questions",
     "Report",
+    "Results",
     "Tolerances",
     "answer",
+    "cases_for",
     "compare",
-    "questions_for",
     "read_baseline",
     "write_baseline",
 ]

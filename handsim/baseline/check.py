@@ -1,22 +1,21 @@
 """Record a baseline, and ask the same again."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
 
 from handsim.baseline.comparison import compare, not_numbers
 from handsim.baseline.environment import Environment
-from handsim.baseline.outputs import Outputs, answer, questions_for
-from handsim.baseline.report import Report
+from handsim.baseline.findings import Report
+from handsim.baseline.results import Results, answer, cases_for
 from handsim.baseline.store import Baseline
 from handsim.baseline.tolerances import Tolerances
 from handsim.errors import InputError
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import GraspPlan
 from handsim.learning.controller import GraspController
-from handsim.motion.recording import RecordingSet
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.plan import GraspPlan
-
-Progress = Callable[[float], None]
+from handsim.recordings.folder import RecordingSet
+from handsim.types import Progress
 
 
 def record_baseline(
@@ -40,7 +39,7 @@ def record_baseline(
     progress
         Called with the fraction done.
     """
-    questions = questions_for(controller, plans)
+    questions = cases_for(controller, plans)
     outputs = answer(controller, questions, recordings, conditions, progress)
     return Baseline(
         questions,
@@ -60,7 +59,7 @@ def check_baseline(
     tolerances: Tolerances | None = None,
     ignore_inputs: bool = False,
     progress: Progress | None = None,
-) -> tuple[Report, Outputs]:
+) -> tuple[Report, Results]:
     """Ask a controller what a baseline was asked, and compare.
 
     Returns
@@ -86,7 +85,7 @@ def check_baseline(
     return report, outputs
 
 
-def updated(baseline: Baseline, outputs: Outputs, reason: str) -> Baseline:
+def updated(baseline: Baseline, outputs: Results, reason: str) -> Baseline:
     """Return the baseline with new answers taken for right, and the reason why.
 
     Raises

@@ -9,20 +9,21 @@ from math import isfinite
 import numpy as np
 
 from handsim.baseline.environment import Environment, differences
+from handsim.baseline.findings import GOOD, ORDER, Change, Finding, Report
 from handsim.baseline.inputs import SCHEMA_OF_INPUTS
-from handsim.baseline.outputs import Outputs, Trace
-from handsim.baseline.report import GOOD, ORDER, Change, Finding, Report
+from handsim.baseline.results import Results, Trace
 from handsim.baseline.tolerances import ENVIRONMENT_LIMITS, Tolerances
-from handsim.joints import JOINT_NAMES, N_JOINTS, Array
-from handsim.learning.paths import path_error
+from handsim.joints import JOINT_NAMES, N_JOINTS
+from handsim.navigation.paths import path_error
+from handsim.types import Array
 
 SAME_TIME = 1e-6
 """Difference of last times below which two answers last equally long [s]."""
 
 
 def compare(
-    before: Outputs,
-    after: Outputs,
+    before: Results,
+    after: Results,
     tolerances: Tolerances | None = None,
     environments: tuple[Environment, Environment] | None = None,
     ignore_inputs: bool = False,
@@ -85,7 +86,7 @@ def unusable(trace: Trace) -> list[str]:
     return []
 
 
-def not_numbers(outputs: Outputs) -> list[str]:
+def not_numbers(outputs: Results) -> list[str]:
     """Name all that could not be compared with anything, were these answers taken for right."""
     return [
         f"{name} {text}"

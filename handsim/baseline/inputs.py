@@ -15,11 +15,11 @@ import numpy.typing as npt
 from handsim.baseline.scene_arrays import scene_arrays
 from handsim.digests import content_digest
 from handsim.files import read_archive
+from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.run import Scene
 from handsim.learning.controller import SCHEMA, GraspController
-from handsim.motion.recording import RecordingSet
-from handsim.simulation.closed_loop import Stage
-from handsim.simulation.glove import DataGlove
-from handsim.simulation.plan import GraspPlan, schedule_for
+from handsim.recordings.folder import RecordingSet
 
 SCHEMA_OF_INPUTS = "schema"
 """Name under which inputs say how they were hashed; 1 had no such entry."""
@@ -50,23 +50,23 @@ def recording_inputs(recordings: RecordingSet) -> dict[str, str]:
     }
 
 
-def grasp_inputs(stage: Stage, plan: GraspPlan) -> dict[str, str]:
+def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
     """Hash the compiled scene, the task, its schedule, the plan and the glove of a grasp.
 
     The conditions, which are those of all grasps, are given as they are.
     """
-    name = stage.task.name
+    name = scene.task.name
     hashes = {
         f"scene {group}/{name}": content_digest(*map(_measured, arrays))
-        for group, arrays in scene_arrays(stage.hand.model).items()
+        for group, arrays in scene_arrays(scene.hand.model).items()
     }
-    task = {field.name: getattr(stage.task, field.name) for field in fields(stage.task)}
+    task = {field.name: getattr(scene.task, field.name) for field in fields(scene.task)}
     task.pop("own_object")  # what is grasped is in the scene
     hashes[f"task/{name}"] = content_digest(task)
-    hashes[f"schedule/{name}"] = content_digest(schedule_for(stage.task))
+    hashes[f"schedule/{name}"] = content_digest(schedule_for(scene.task))
     hashes[f"plan/{name}"] = content_digest(plan)
     hashes[f"glove/{name}"] = content_digest(DataGlove())
-    conditions = stage.conditions
+    conditions = scene.conditions
     return hashes | {
         f"condition/{field.name}": _said(getattr(conditions, field.name))
         for field in fields(conditions)

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from handsim.baseline.comparison import not_numbers
 from handsim.baseline.environment import Environment
-from handsim.baseline.outputs import Outputs, Questions, Trace
+from handsim.baseline.results import Cases, Results, Trace
 from handsim.errors import FileError, InputError
 from handsim.files import read_archive, write_archive
+from handsim.grasping.plan import GraspPlan, Pose
 from handsim.joints import N_JOINTS
-from handsim.simulation.plan import GraspPlan, Pose
 
 KIND = "baseline"
 SCHEMA = 2  # 1: plans as rows of numbers, versions instead of an environment; still read
@@ -27,7 +27,7 @@ _SCALARS = tuple(each.name for each in fields(GraspPlan) if each.type is float)
 
 @dataclass(frozen=True)
 class Baseline:
-    """Questions, the answers that were right, and why they were taken for right.
+    """Cases, the answers that were right, and why they were taken for right.
 
     Attributes
     ----------
@@ -43,8 +43,8 @@ class Baseline:
         One for the record and each update since.
     """
 
-    questions: Questions
-    outputs: Outputs
+    questions: Cases
+    outputs: Results
     relearned: bool
     environment: Environment
     handsim: str
@@ -106,12 +106,12 @@ def read_baseline(path: Path) -> Baseline:
         from_stored = _plan_of_row if old else _plan_of_json
         known = dict(metadata["versions"] if old else metadata["environment"])
         return Baseline(
-            questions=Questions(
+            questions=Cases(
                 dict(zip(movements, starts, strict=True)),
                 dict(zip(movements, goals, strict=True)),
                 {task: from_stored(plan) for task, plan in zip(tasks, plans, strict=True)},
             ),
-            outputs=Outputs(
+            outputs=Results(
                 {
                     str(stored["name"]): _trace(stored, arrays[f"time_{i}"], arrays[f"q_{i}"])
                     for i, stored in enumerate(metadata["traces"])

@@ -8,7 +8,7 @@ import typer
 from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, writable
 
 if TYPE_CHECKING:
-    from handsim.motion.recording import RecordingSet
+    from handsim.recordings.folder import RecordingSet
 
 app = typer.Typer()
 
@@ -41,8 +41,8 @@ def record(
     from handsim.baseline.check import record_baseline
     from handsim.baseline.store import write_baseline
     from handsim.cli.defaults import controller_or_built_in, planning_grasper
-    from handsim.hand.tasks import PHONE_TODAY_VIEW, TASKS
-    from handsim.simulation.conditions import Conditions
+    from handsim.grasping.conditions import Conditions
+    from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS
 
     writable(baseline, ".npz")
     learned = controller_or_built_in(controller)
@@ -95,7 +95,7 @@ def check(
     from handsim.baseline.tolerances import Tolerances
     from handsim.cli.defaults import controller_or_built_in
     from handsim.files import data_folder
-    from handsim.simulation.conditions import Conditions
+    from handsim.grasping.conditions import Conditions
 
     if html is not None:
         writable(html, ".html")
@@ -117,7 +117,7 @@ def check(
             kept, learned, source, conditions, tolerances, ignore_inputs, progress
         )
     if html is not None:
-        from handsim.baseline.page import write_page
+        from handsim.baseline.html_page import write_page
 
         write_page(html, kept, outputs, report)
     if json:

@@ -4,12 +4,14 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
+
+from handsim.types import Progress
 
 T = TypeVar("T")
 
@@ -100,7 +102,7 @@ def progress(items: Sequence[T], label: str) -> Iterator[T]:
 
 
 @contextmanager
-def fraction_done(label: str) -> Iterator[Callable[[float], None] | None]:
+def fraction_done(label: str) -> Iterator[Progress | None]:
     """Give a function to call with the fraction done, which draws a bar on a terminal."""
     if not sys.stderr.isatty():
         yield None
@@ -129,11 +131,11 @@ def check_gl(*, draws: bool = False) -> None:
     if not os.environ.get("MUJOCO_GL"):
         return
     if draws:
-        from handsim.viewing.gl import choose_backend
+        from handsim.viewing.opengl.backend import choose_backend
 
         choose_backend()
     else:
-        from handsim.viewing.gl_setting import check_import
+        from handsim.viewing.opengl.setting import check_import
 
         check_import()
 

@@ -9,11 +9,11 @@ from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
-from handsim.motion.recording import RecordingSet, read_recordings
+from handsim.recordings.folder import RecordingSet, read_recordings
 
 if TYPE_CHECKING:
-    from handsim.simulation.conditions import Conditions
-    from handsim.simulation.grasping import ControllerGrasper
+    from handsim.grasping.conditions import Conditions
+    from handsim.grasping.planning.grasper import ControllerGrasper
 
 
 def recordings_or_built_in(folder: Path | None) -> RecordingSet:
@@ -43,8 +43,8 @@ def planning_grasper(
     other, the built-in plans are hints.
     """
     from handsim.cli.console import note
-    from handsim.simulation.grasping import ControllerGrasper
-    from handsim.simulation.plan_store import plan_store
+    from handsim.grasping.planning.grasper import ControllerGrasper
+    from handsim.grasping.planning.plan_store import plan_store
 
     learned = controller_or_built_in(path)
     own = plan_store(plan_folder(path), learned.digest, conditions)
@@ -84,9 +84,9 @@ def grasper_without(
         If none is of that object.
     """
     from handsim.cli.console import note
+    from handsim.grasping.planning.grasper import ControllerGrasper, without_object
+    from handsim.grasping.planning.plan_store import plan_store
     from handsim.learning.learn import learn_controller, learn_like
-    from handsim.simulation.grasping import ControllerGrasper, without_object
-    from handsim.simulation.plan_store import plan_store
 
     recordings = recordings_or_built_in(folder)
     objects = tuple(dict.fromkeys(recording.object for recording in recordings))

@@ -20,11 +20,12 @@ from handsim.cli.console import (
 )
 
 if TYPE_CHECKING:
-    from handsim.hand.grasp_task import Side, Task
-    from handsim.simulation.conditions import Conditions
-    from handsim.simulation.grasping import Grasper
-    from handsim.simulation.protocols import JudgedRun, JudgedTask
-    from handsim.simulation.rollout import Rollout
+    from handsim.grasping.conditions import Conditions
+    from handsim.grasping.judging.protocols import JudgedRun, JudgedTask
+    from handsim.grasping.planning.grasper import Grasper
+    from handsim.grasping.rollout.record import Rollout
+    from handsim.tasks.task import Task
+    from handsim.types import Side
 
 
 def grasp(
@@ -71,7 +72,7 @@ def grasp(
     """Grasp in physics and judge the outcome."""
     check_gl()
 
-    from handsim.simulation.protocols import JudgedTask, judge_runs, summarise
+    from handsim.grasping.judging.protocols import JudgedTask, judge_runs, summarise
 
     tasks = _tasks(task, leave_out)
     conditions = _conditions(seed, hand_length, hand_breadth, side, friction)
@@ -97,15 +98,14 @@ def grasp(
 
 def _tasks(name: str, left_out: str | None) -> "list[Task]":
     from handsim.errors import InputError, UnknownNameError
-    from handsim.hand.tasks import task_by_name
-    from handsim.simulation.experiments import demonstrated_tasks
+    from handsim.tasks.table_one import TASKS, task_by_name
 
-    tasks = list(demonstrated_tasks()) if name == "all" else [task_by_name(name)]
+    tasks = list(TASKS) if name == "all" else [task_by_name(name)]
     if left_out is None:
         return tasks
-    of_object = [task for task in demonstrated_tasks() if task.object_name == left_out]
+    of_object = [task for task in TASKS if task.object_name == left_out]
     if not of_object:
-        objects = dict.fromkeys(task.object_name for task in demonstrated_tasks())
+        objects = dict.fromkeys(task.object_name for task in TASKS)
         raise UnknownNameError("object", left_out, tuple(objects))
     tasks = [task for task in tasks if task in of_object]
     if not tasks:
@@ -123,8 +123,8 @@ def _conditions(
     side: "Side",
     friction: float | None,
 ) -> "Conditions":
+    from handsim.grasping.conditions import Conditions
     from handsim.hand.anthropometry import hand_geometry
-    from handsim.simulation.conditions import Conditions
 
     default = Conditions()
     conditions = Conditions(
@@ -148,8 +148,8 @@ def _grasper(
 ) -> "Grasper":
     from handsim.cli.defaults import grasper_without, planning_grasper
     from handsim.errors import InputError
-    from handsim.simulation.demonstrator import demonstrate
-    from handsim.simulation.sweep_spec import DEMONSTRATOR
+    from handsim.grasping.planning.demonstrator import demonstrate
+    from handsim.grasping.sweep.spec import DEMONSTRATOR
 
     if recordings is not None and left_out is None:
         raise InputError("--recordings says what to learn from without an object; add --leave-out")
@@ -170,7 +170,7 @@ def _kept(
     judged: "Iterator[tuple[Task, JudgedRun, Rollout]]", folder: Path | None, n_runs: int
 ) -> "Iterator[tuple[Task, JudgedRun]]":
     """Write each run's rollout, if asked to, say how far it is, and pass on the judgement."""
-    from handsim.simulation.rollout import write_rollout
+    from handsim.grasping.rollout_file import write_rollout
 
     with fraction_done("grasping") as done:
         for number, (task, run, rollout) in enumerate(judged, start=1):

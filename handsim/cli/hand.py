@@ -21,7 +21,7 @@ def build(
     check_gl()
 
     from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
-    from handsim.hand.model import write_hand
+    from handsim.hand.export import write_hand
 
     path = write_hand(
         output,

@@ -67,7 +67,7 @@ def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:
     Exit code 1 where there is no proof.
     """
     from handsim.cli.defaults import controller_or_built_in
-    from handsim.learning.critical import certification
+    from handsim.learning.certification import certification
 
     learned = controller_or_built_in(controller)
     with fraction_done("certifying") as progress:
@@ -157,7 +157,7 @@ def postures(
     """Write the movement that the controller makes to a destination."""
     from handsim.cli.defaults import controller_or_built_in
     from handsim.errors import InputError
-    from handsim.motion.recording import read_postures, write_postures
+    from handsim.recordings.folder import read_postures, write_postures
 
     writable(output, ".csv")
     if (task is None) == (goal is None):

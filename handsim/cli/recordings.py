@@ -18,8 +18,8 @@ def import_(
     subject: Annotated[int, typer.Option(help="Number of the subject, from 1.")] = 1,
 ) -> None:
     """Turn published recordings into a folder of CSV files."""
-    from handsim.motion.importers import import_recordings
-    from handsim.motion.recording import write_recordings
+    from handsim.recordings.folder import write_recordings
+    from handsim.recordings.importers.west_rtg import import_recordings
 
     recordings = import_recordings(files, format, subject)
     write_recordings(recordings, output)
@@ -30,7 +30,7 @@ def import_(
 def info(folder: Folder = None, json: JsonFlag = False) -> None:
     """Show what a folder of recordings holds."""
     from handsim.cli.defaults import recordings_or_built_in
-    from handsim.motion.phases import summarise
+    from handsim.recordings.phases import summarise
 
     summary = summarise(recordings_or_built_in(folder))
     if json:

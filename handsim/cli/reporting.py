@@ -18,10 +18,10 @@ from handsim.cli.console import (
 )
 
 if TYPE_CHECKING:
+    from handsim.grasping.conditions import Conditions
+    from handsim.grasping.plan import GraspPlan
+    from handsim.grasping.rollout.record import Rollout
     from handsim.learning.controller import GraspController
-    from handsim.simulation.conditions import Conditions
-    from handsim.simulation.plan import GraspPlan
-    from handsim.simulation.rollout import Rollout
 
 
 def report(
@@ -41,7 +41,7 @@ def report(
     check_gl(draws=True)
 
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
-    from handsim.viewing.gl import choose_backend
+    from handsim.viewing.opengl.backend import choose_backend
 
     learned, recordings = controller_or_built_in(controller), recordings_or_built_in(folder)
     choose_backend()
@@ -70,14 +70,14 @@ def view(
     check_gl()
 
     from handsim.cli.defaults import controller_or_built_in
-    from handsim.viewing import window
+    from handsim.viewing.live import window
 
     learned = controller_or_built_in(controller)
     if window.has_display() and not web:
         window.show(learned, lambda name, hand: _known_plan(controller, name, hand), task)
         return
 
-    from handsim.viewing.live import LivePage, serve
+    from handsim.viewing.live.page import LivePage, serve
 
     page = LivePage(
         learned, lambda name, hand: _known_plan(controller, name, hand), host, port, task
@@ -89,8 +89,8 @@ def view(
 def _known_plan(controller: Path | None, task: str, conditions: "Conditions") -> "GraspPlan | None":
     """Return the stored plan of a task for this hand, else that for a hand of median size."""
     from handsim.cli.defaults import planning_grasper
-    from handsim.hand.tasks import task_by_name
-    from handsim.simulation.conditions import Conditions
+    from handsim.grasping.conditions import Conditions
+    from handsim.tasks.table_one import task_by_name
 
     for hand in (conditions, Conditions()):
         plans = planning_grasper(controller, hand).known([task_by_name(task)], hand)
@@ -102,9 +102,8 @@ def _known_plan(controller: Path | None, task: str, conditions: "Conditions") ->
 def _grasps(controller: Path | None, tasks: str) -> "list[Rollout]":
     """Grasp each task once; a bar shows how far it is."""
     from handsim.cli.defaults import planning_grasper
-    from handsim.hand.tasks import TASKS, task_by_name
-    from handsim.simulation.conditions import Conditions
-    from handsim.simulation.experiments import demonstrated_tasks
+    from handsim.grasping.conditions import Conditions
+    from handsim.tasks.table_one import TASKS, task_by_name
 
     conditions = Conditions()
     grasper = planning_grasper(controller, conditions)
@@ -114,7 +113,7 @@ def _grasps(controller: Path | None, tasks: str) -> "list[Rollout]":
         if not chosen:
             note("no plans are stored beside the controller; `handsim grasp` makes them")
     elif tasks == "all":
-        chosen = list(demonstrated_tasks())
+        chosen = list(TASKS)
     else:
         names = [] if tasks == "none" else tasks.split(",")
         chosen = [task_by_name(name.strip()) for name in names]

@@ -15,7 +15,7 @@ from handsim.cli.console import (
 )
 
 if TYPE_CHECKING:
-    from handsim.viewing.clips import Clip
+    from handsim.viewing.film.clips import Clip
 
 
 def render(
@@ -36,14 +36,14 @@ def render(
     writable(output, ".mp4", ".gif", ".png")
     check_gl(draws=True)
 
-    from handsim.viewing.stage import View, parse_size
+    from handsim.viewing.film.offscreen import View, parse_size
 
     width, height = parse_size(size)
     view = View(camera=camera, width=width, height=height, fps=fps)
     clips = [_clip(source, measurements=not plain) for source in sources]
 
-    from handsim.viewing.clips import save_clips
-    from handsim.viewing.gl import choose_backend
+    from handsim.viewing.film.clips import save_clips
+    from handsim.viewing.opengl.backend import choose_backend
 
     choose_backend()
     with fraction_done("drawing") as progress:
@@ -60,12 +60,12 @@ def figures(
     check_gl(draws=True)
 
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
-    from handsim.viewing.gl import choose_backend
+    from handsim.viewing.opengl.backend import choose_backend
 
     learned, recordings = controller_or_built_in(controller), recordings_or_built_in(folder)
     choose_backend()
 
-    from handsim.viewing.figures import make_figures
+    from handsim.viewing.figures.figures import make_figures
 
     output.mkdir(exist_ok=True)
     with fraction_done("drawing") as progress:
@@ -74,11 +74,11 @@ def figures(
 
 
 def _clip(source: Path, *, measurements: bool) -> "Clip":
-    from handsim.motion.recording import read_postures
-    from handsim.simulation.rollout import read_rollout
-    from handsim.viewing.overlay import Caption
-    from handsim.viewing.postures import posture_clip
-    from handsim.viewing.rollouts import rollout_clip
+    from handsim.grasping.rollout_file import read_rollout
+    from handsim.recordings.folder import read_postures
+    from handsim.viewing.film.overlay import Caption
+    from handsim.viewing.film.posture_clips import posture_clip
+    from handsim.viewing.film.rollout_clips import rollout_clip
 
     if source.suffix.lower() == ".csv":
         time, q = read_postures(source)

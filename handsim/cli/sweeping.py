@@ -21,10 +21,10 @@ from handsim.cli.console import (
 )
 
 if TYPE_CHECKING:
-    from handsim.simulation.conditions import Conditions
-    from handsim.simulation.grasping import Grasper
-    from handsim.simulation.pool import Pool
-    from handsim.simulation.sweep_plans import Source
+    from handsim.grasping.conditions import Conditions
+    from handsim.grasping.planning.grasper import Grasper
+    from handsim.grasping.pool import Pool
+    from handsim.grasping.sweep.graspers import Source
 
 
 def sweep(
@@ -51,11 +51,11 @@ def sweep(
     check_gl()
 
     from handsim.errors import InputError
-    from handsim.simulation import sweep as sweeping
-    from handsim.simulation.sweep_file import read_sweep
-    from handsim.simulation.sweep_plans import SweepGraspers, check_plans
-    from handsim.simulation.sweep_summary import rates, results_table
-    from handsim.simulation.sweep_table import open_table
+    from handsim.grasping.sweep import runner as sweeping
+    from handsim.grasping.sweep.file import read_sweep
+    from handsim.grasping.sweep.graspers import SweepGraspers, check_plans
+    from handsim.grasping.sweep.summary import rates, results_table
+    from handsim.grasping.sweep.table import open_table
 
     if jobs is not None and dask is not None:
         raise InputError("--jobs and --dask exclude each other; the cluster decides how many")
@@ -107,8 +107,8 @@ def sweep(
 def _source(name: str, file: Path) -> "Source":
     """Return a controller by its name in the sweep's file."""
     from handsim.cli.defaults import controller_or_built_in, planning_grasper
-    from handsim.simulation.sweep_plans import Source
-    from handsim.simulation.sweep_spec import BUILT_IN, DEMONSTRATOR
+    from handsim.grasping.sweep.graspers import Source
+    from handsim.grasping.sweep.spec import BUILT_IN, DEMONSTRATOR
 
     if name == DEMONSTRATOR:
         return _script()
@@ -119,19 +119,19 @@ def _source(name: str, file: Path) -> "Source":
 def _script() -> "Source":
     from hashlib import sha256
 
-    from handsim.simulation.adjustment import adjustments_file
-    from handsim.simulation.demonstrator import demonstrate
-    from handsim.simulation.sweep_plans import Source
+    from handsim.grasping.planning.demonstrator import demonstrate
+    from handsim.grasping.planning.demonstrator_offsets import demonstrator_offsets_file
+    from handsim.grasping.sweep.graspers import Source
 
     def scripted(conditions: "Conditions") -> "Grasper":
         return demonstrate
 
-    return Source(sha256(adjustments_file().read_bytes()).hexdigest(), scripted)
+    return Source(sha256(demonstrator_offsets_file().read_bytes()).hexdigest(), scripted)
 
 
 @contextmanager
 def _pool(jobs: int | None, dask: str | None) -> "Iterator[Pool]":
-    from handsim.simulation.pool import dask_cluster, processes
+    from handsim.grasping.pool import dask_cluster, processes
 
     if dask is None:
         from joblib import cpu_count

@@ -26,7 +26,8 @@ from types import MappingProxyType
 import numpy as np
 
 from handsim.errors import InputError
-from handsim.joints import FINGERS, Array, Finger, Joint
+from handsim.joints import FINGERS, Finger, Joint
+from handsim.types import Array
 
 HAND_LENGTH_RANGE = (0.12, 0.26)
 """Hand lengths that can be built [m]: from a child of four to six deviations above the mean man."""

@@ -1,6 +1,6 @@
 """Postures at both ends of the eigengrasps: what a few principal components move, made visible.
 
-The numbers are those of ``models/hand/eigengrasps.csv``, which `handsim.learning.eigengrasps`
+The numbers are those of ``models/hand/eigengrasps.csv``, which ``models/hand/make.py``
 writes from the built-in experiments: the hand knows nothing of learning.
 """
 
@@ -12,7 +12,8 @@ import numpy as np
 
 from handsim.errors import FileError
 from handsim.files import data_folder
-from handsim.joints import JOINT_NAMES, Array, clip_to_range
+from handsim.joints import JOINT_NAMES, clip_to_range
+from handsim.types import Array
 
 EXTENT = 2.0
 """How far the postures are from the mean [standard deviations]: 95 % of what was recorded."""
@@ -79,5 +80,5 @@ def read_eigengrasps(file: Path) -> tuple[Array, dict[str, Array]]:
     except (OSError, ValueError, KeyError) as error:
         raise FileError(
             f"{file}: not a table of eigengrasps ({error}); "
-            "make it again: python -m handsim.learning.eigengrasps RECORDINGS FILE"
+            "make it again: python models/hand/make.py"
         ) from error

@@ -13,7 +13,7 @@ from handsim.hand.anthropometry import (
     HAND_LENGTH,
     HAND_LENGTH_RANGE,
 )
-from handsim.joints import Array
+from handsim.types import Array
 
 Sex = Literal["woman", "man"]
 

@@ -9,7 +9,8 @@ from types import MappingProxyType
 import numpy as np
 
 from handsim.errors import UnknownNameError
-from handsim.joints import JOINT_INDEX, N_JOINTS, Array, Finger
+from handsim.joints import JOINT_INDEX, N_JOINTS, Finger
+from handsim.types import Array
 
 Flexions = tuple[float, float, float]
 

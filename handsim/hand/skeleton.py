@@ -21,7 +21,8 @@ from handsim.hand.anthropometry import (
     segment_names,
     thumb_axes,
 )
-from handsim.joints import FINGERS, JOINTS, Array, Joint
+from handsim.joints import FINGERS, JOINTS, Joint
+from handsim.types import Array
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 import numpy as np
 
 from handsim.hand.anthropometry import LENGTHS, HandGeometry, first_segment
-from handsim.joints import JOINTS, Array, Joint
+from handsim.joints import JOINTS, Joint
+from handsim.types import Array
 
 FINGERTIP_FORCE = 30.0
 """What each fingertip can push with [N]: about 40 % of a man's maximal tip pinch (Mathiowetz et

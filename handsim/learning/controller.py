@@ -13,17 +13,19 @@ from handsim.digests import content_digest
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS, clip_to_range
-from handsim.learning.attraction import DestinationMetric
-from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning._stored_controller import check_content
 from handsim.learning.demonstration import Demonstration, stored_demonstrations
-from handsim.learning.navigation import ExponentialObstacle, NavigationFunction, SplineObstacle
 from handsim.learning.options import Method, check_options
-from handsim.learning.paths import FlowPath, arc_length, follow
-from handsim.learning.stored_controller import check_content
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
+from handsim.navigation.bspline import TensorBasis, TensorBSpline
+from handsim.navigation.flow import FlowPath, follow
+from handsim.navigation.function import NavigationFunction
+from handsim.navigation.metric import DestinationMetric
+from handsim.navigation.obstacle import ExponentialObstacle, SplineObstacle
+from handsim.navigation.paths import arc_length
+from handsim.types import Array
 
-Array = npt.NDArray[np.float64]
 TimeLaw = Literal["natural", "gradient"]
 
 SCHEMA = 3  # 1: without a metric of destinations; 2: with few of the options; both still read

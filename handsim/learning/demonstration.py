@@ -4,13 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from handsim.learning.subspace import PostureSubspace
-from handsim.motion.recording import RecordingSet
-
-Array = npt.NDArray[np.float64]
+from handsim.recordings.folder import RecordingSet
+from handsim.types import Array
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """From recordings to a controller, in one call."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,11 +8,12 @@ import numpy as np
 from handsim.errors import InputError
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
-from handsim.learning.navigation import check_exponent
 from handsim.learning.options import Method, learner_with, options_of
-from handsim.learning.pde_fit import PDELearner
+from handsim.learning.pde.learner import PDELearner
 from handsim.learning.subspace import PostureSubspace
-from handsim.motion.recording import RecordingSet
+from handsim.navigation.function import check_exponent
+from handsim.recordings.folder import RecordingSet
+from handsim.types import Progress
 
 
 class Learned(NamedTuple):
@@ -38,7 +39,7 @@ def learn_controller(
     k: float | None = None,
     certified: bool = False,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     *,
     options: Mapping[str, Any] | None = None,
 ) -> Learned:

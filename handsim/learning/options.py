@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 
 from handsim.errors import InputError, UnknownNameError
-from handsim.learning.direction_fit import DirectionLearner
-from handsim.learning.pde_fit import PDELearner
+from handsim.learning.direction.learner import DirectionLearner
+from handsim.learning.pde.learner import PDELearner
 
 Method = Literal["direction", "pde"]
 Learner = DirectionLearner | PDELearner

@@ -11,21 +11,14 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from handsim.errors import InputError
 from handsim.learning.controller import GraspController
-from handsim.learning.paths import (
-    N_COMPARED,
-    FlowPath,
-    at_arc_length,
-    between_ends,
-    follow,
-    path_error,
-)
-from handsim.motion.recording import Recording, RecordingSet
+from handsim.navigation.flow import FlowPath, follow
+from handsim.navigation.paths import N_COMPARED, at_arc_length, between_ends, path_error
+from handsim.recordings.folder import Recording, RecordingSet
+from handsim.types import Array, Progress
 
-Array = npt.NDArray[np.float64]
 Learn = Callable[[RecordingSet], GraspController]
 
 # Where direction is compared: near its end a recording's direction is noise.
@@ -58,7 +51,7 @@ def evaluate(controller: GraspController, recordings: RecordingSet) -> dict[str,
 
 
 def leave_one_out(
-    recordings: RecordingSet, learn: Learn, progress: Callable[[float], None] | None = None
+    recordings: RecordingSet, learn: Learn, progress: Progress | None = None
 ) -> dict[str, Any]:
     """Score each recording with a controller learned from all the others.
 

@@ -18,9 +18,8 @@ import numpy.typing as npt
 
 from handsim.errors import InputError
 from handsim.joints import N_JOINTS
-from handsim.learning.reproducible import dots, mean, total, units
-
-Array = npt.NDArray[np.float64]
+from handsim.reproducible import dots, mean, total, units
+from handsim.types import Array
 
 _BITS = 30  # of components and mean, behind the binary point
 _NAMES = ("components_", "mean_", "explained_variance_", "explained_variance_ratio_")

@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError
-from handsim.learning.paths import arc_length
-
-Array = npt.NDArray[np.float64]
+from handsim.navigation.paths import arc_length
+from handsim.types import Array
 
 MAX_DURATION = 600.0
 """Longest movement that is made [s]."""

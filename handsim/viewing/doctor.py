@@ -4,8 +4,8 @@ import platform
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from handsim.viewing.gl import ProbeResult, install_command, probe
-from handsim.viewing.video import ENCODER_INSTALL
+from handsim.viewing.film.video import ENCODER_INSTALL
+from handsim.viewing.opengl.backend import ProbeResult, install_command, probe
 
 PACKAGES = ("mujoco", "numpy", "scipy", "scikit-learn", "imageio-ffmpeg", "pillow")
 

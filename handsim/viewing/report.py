@@ -5,26 +5,27 @@ same page.
 """
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from handsim.files import write_text
+from handsim.grasping.rollout.record import Rollout, current_versions
+from handsim.learning.certification import certification
 from handsim.learning.controller import GraspController
-from handsim.learning.critical import certification
 from handsim.learning.scores import evaluate
-from handsim.motion.phases import summarise
-from handsim.motion.recording import RecordingSet
-from handsim.simulation.experiments import SUBJECT
-from handsim.simulation.rollout import Rollout, current_versions
-from handsim.viewing import page
-from handsim.viewing.clips import render_clips
-from handsim.viewing.figures import make_figures
-from handsim.viewing.rollouts import rollout_clip
-from handsim.viewing.stage import View
-from handsim.viewing.video import write_video
+from handsim.recordings.folder import RecordingSet
+from handsim.recordings.phases import summarise
+from handsim.recordings.recording import SYNTHETIC
+from handsim.types import Progress
+from handsim.viewing import html as page
+from handsim.viewing.figures.figures import make_figures
+from handsim.viewing.film.clips import render_clips
+from handsim.viewing.film.offscreen import View
+from handsim.viewing.film.rollout_clips import rollout_clip
+from handsim.viewing.film.video import write_video
 
 FILM = View(width=480, height=360, fps=20.0)
 """Size and rate of the videos; two dozen of them make a page of a few megabytes."""
@@ -52,7 +53,7 @@ def write_report(
     recordings: RecordingSet,
     grasps: Sequence[Rollout] = (),
     commands: Sequence[str] = (),
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Write the page.
 
@@ -108,7 +109,7 @@ def write_report(
 
 def _lead(controller: GraspController, recordings: RecordingSet) -> str:
     subspace = controller.subspace
-    synthetic = all(recording.subject == SUBJECT for recording in recordings)
+    synthetic = all(recording.subject == SYNTHETIC for recording in recordings)
     return (
         f"Learned from {_count(len(controller.demonstrations), 'recording')} by method "
         f"{controller.method}{', certified' if controller.certified else ''}; "
@@ -287,8 +288,8 @@ def _pictures(folder: Path, *names: str) -> str:
     return "".join(page.picture(path, CAPTIONS[path.stem]) for path in paths if path.is_file())
 
 
-def _count(n: int, thing: str) -> str:
-    return f"{n} {thing}{'' if n == 1 else 's'}"
+def _count(n: int, grasp_object: str) -> str:
+    return f"{n} {grasp_object}{'' if n == 1 else 's'}"
 
 
 def _listed(counts: dict[str, int]) -> str:

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from handsim.baseline.check import record_baseline
-from handsim.baseline.outputs import Questions, answer, questions_for
+from handsim.baseline.results import Cases, answer, cases_for
 from handsim.files import data_folder
+from handsim.grasping.planning.plan_store import PlanStore
 from handsim.learning.controller import GraspController
-from handsim.motion.recording import read_recordings
-from handsim.simulation.plan_store import PlanStore
+from handsim.recordings.folder import read_recordings
 
 TASK = "cube-raise"
 SOME = 8
@@ -42,9 +42,9 @@ def baseline(controller, recordings, plans):
 @pytest.fixture(scope="session")
 def movements(controller):
     """Return a baseline of some movements."""
-    asked = questions_for(controller)
+    asked = cases_for(controller)
     names = list(asked.starts)[:SOME]
-    questions = Questions(
+    questions = Cases(
         {name: asked.starts[name] for name in names},
         {name: asked.goals[name] for name in names},
         {},
@@ -55,4 +55,4 @@ def movements(controller):
 
 @pytest.fixture(scope="session")
 def grasps(controller, plans):
-    return replace(record_baseline(controller, plans), questions=Questions({}, {}, plans))
+    return replace(record_baseline(controller, plans), questions=Cases({}, {}, plans))

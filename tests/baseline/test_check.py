@@ -7,14 +7,14 @@ import pytest
 
 from handsim.baseline.check import check_baseline, record_baseline, updated
 from handsim.baseline.environment import Environment
-from handsim.baseline.outputs import Outputs, Questions
-from handsim.baseline.page import write_page
+from handsim.baseline.html_page import write_page
+from handsim.baseline.results import Cases, Results
 from handsim.baseline.store import write_baseline
 from handsim.baseline.tolerances import MEASURES, Tolerances
 from handsim.errors import FileError, InputError
+from handsim.grasping.conditions import Conditions
 from handsim.joints import JOINT_INDEX, N_JOINTS
-from handsim.learning.bspline import TensorBSpline
-from handsim.simulation.conditions import Conditions
+from handsim.navigation.bspline import TensorBSpline
 from handsim.testing import assert_as_baseline
 
 TASK = "cube-raise"
@@ -149,7 +149,7 @@ def test_a_grasp_that_fails_comes_first(grasps, controller):
 def test_a_destination_refused_is_an_outcome(movements, controller):
     name = next(iter(movements.questions.goals))
     goals = movements.questions.goals | {name: np.full(N_JOINTS, 3.0)}
-    questions = Questions(movements.questions.starts, goals, {})
+    questions = Cases(movements.questions.starts, goals, {})
     report, _ = check_baseline(replace(movements, questions=questions), controller)
     assert report.findings[0].kind == "outcome"
     assert "refused" in report.findings[0].text
@@ -186,7 +186,7 @@ def test_an_update_needs_a_reason_and_keeps_it(movements):
     with pytest.raises(InputError, match="needs a reason"):
         updated(movements, movements.outputs, "  ")
     old = replace(movements, environment=ELSEWHERE, handsim="0.0.1")
-    after = updated(old, Outputs({}, {}), "new spline")
+    after = updated(old, Results({}, {}), "new spline")
     assert after.reasons == ("recorded", "new spline")
     assert after.outputs.traces == {}
     assert (after.environment, after.handsim) == (HERE, movements.handsim)
@@ -203,7 +203,7 @@ def test_the_page_shows_the_curves_and_nothing_from_elsewhere(movements, control
     traces[name] = replace(traces[name], q=traces[name].q * 0.9)
     traces[nan] = replace(traces[nan], q=traces[nan].q * np.nan)
     kept = replace(
-        movements, outputs=Outputs(traces, movements.outputs.inputs), environment=ELSEWHERE
+        movements, outputs=Results(traces, movements.outputs.inputs), environment=ELSEWHERE
     )
     report, outputs = check_baseline(kept, controller)
     write_page(tmp_path / "check.html", kept, outputs, report)

@@ -14,7 +14,7 @@ from handsim.baseline.comparison import (
     unusable,
 )
 from handsim.baseline.environment import Environment
-from handsim.baseline.outputs import Outputs, Trace
+from handsim.baseline.results import Results, Trace
 from handsim.baseline.tolerances import ENVIRONMENT_LIMITS, MEASURES, Tolerances
 from handsim.joints import JOINT_NAMES, N_JOINTS
 
@@ -37,7 +37,7 @@ def held(*angles: float, **measures: float) -> Trace:
 
 def compared(before: Trace, after: Trace, name="movement/a", **options):
     """Compare one answer."""
-    return compare(Outputs({name: before}, {}), Outputs({name: after}, {}), **options)
+    return compare(Results({name: before}, {}), Results({name: after}, {}), **options)
 
 
 def kinds(report) -> list[str]:
@@ -159,7 +159,7 @@ def test_measures_that_vanish_or_appear_are_named(verdict):
 
 
 def test_answers_that_vanish_or_appear_are_named():
-    one, none = Outputs({"movement/a": trace(0, 1)}, {}), Outputs({}, {})
+    one, none = Results({"movement/a": trace(0, 1)}, {}), Results({}, {})
     for pair, kind, text in (
         ((one, none), "missing", "not made any more"), ((none, one), "new", "no such answer")
     ):  # fmt: skip
@@ -201,11 +201,11 @@ def test_answers_of_another_shape_are_named(odd, says):
         assert kinds(report) == ["shape"] * n
         assert says in report.findings[0].text
     assert unusable(trace(0, 1)) == []
-    assert not_numbers(Outputs({"movement/a": odd}, {})) == [f"movement/a {unusable(odd)[0]}"]
+    assert not_numbers(Results({"movement/a": odd}, {})) == [f"movement/a {unusable(odd)[0]}"]
 
 
 def test_what_is_no_number_is_listed():
-    outputs = Outputs({"a": held(0, 1), "b": held(0, 1, lift_m=np.nan), "c": held(0, np.inf)}, {})
+    outputs = Results({"a": held(0, 1), "b": held(0, 1, lift_m=np.nan), "c": held(0, np.inf)}, {})
     said = not_numbers(outputs)
     assert said[0] == "b has lift_m nan"
     assert said[1].startswith("c is no number")
@@ -242,7 +242,7 @@ def test_of_a_grasp_that_fails_only_the_outcome_counts():
 def test_an_outcome_that_was_good_comes_before_others():
     verdicts = {"a": ("slipped", "dropped"), "b": ("held", "slipped"), "c": ("slipped", "held")}
     before, after = (
-        Outputs({f"grasp/{n}": replace(held(0, 1), verdict=v[i]) for n, v in verdicts.items()}, {})
+        Results({f"grasp/{n}": replace(held(0, 1), verdict=v[i]) for n, v in verdicts.items()}, {})
         for i in (0, 1)
     )
     report = compare(before, after)
@@ -250,7 +250,7 @@ def test_an_outcome_that_was_good_comes_before_others():
     assert report.findings[0].text == "held in the baseline, slipped now"
     arrived = {"z": trace(0, 1), "a": replace(trace(0, 1), verdict="stuck")}
     other = {n: replace(t, verdict="too long") for n, t in arrived.items()}
-    report = compare(Outputs(arrived, {}), Outputs(other, {}))
+    report = compare(Results(arrived, {}), Results(other, {}))
     assert [finding.name for finding in report.findings] == ["z", "a"]
 
 
@@ -265,7 +265,7 @@ def test_findings_are_in_order():
         "movement/large": trace(0, 5), "movement/nan": trace(0, np.nan),
         "movement/new": trace(0, 1),
     }  # fmt: skip
-    report = compare(Outputs(before, {"x/y": "1"}), Outputs(after, {"x/y": "2"}))
+    report = compare(Results(before, {"x/y": "1"}), Results(after, {"x/y": "2"}))
     assert [(f.kind, f.name) for f in report.findings] == [
         ("outcome", "grasp/outcome"),
         ("missing", "grasp/missing"),
@@ -289,7 +289,7 @@ def test_measures_are_in_order_of_their_relative_change():
 def test_inputs_are_told_by_group():
     before = {"x/a": "1", "x/b": "1", "y/a": "1", "z/a": "1", "condition/seed": "0"}
     after = {"x/a": "2", "x/b": "2", "y/b": "1", "z/a": "1", "condition/seed": "3"}
-    report = compare(Outputs({}, before), Outputs({}, after))
+    report = compare(Results({}, before), Results({}, after))
     assert {(f.name, f.text) for f in report.findings} == {
         ("x", "changed (a, b)"),
         ("y", "is gone (a)"),
@@ -297,16 +297,16 @@ def test_inputs_are_told_by_group():
         ("condition/seed", "0 in the baseline, 3 now"),
     }
     assert report.findings[0].name == "x"
-    ignored = compare(Outputs({}, before), Outputs({}, after), ignore_inputs=True, notes=("n",))
+    ignored = compare(Results({}, before), Results({}, after), ignore_inputs=True, notes=("n",))
     assert ignored.ok
     assert len(ignored.notes) == 5
     many = {f"x/{i}": "1" for i in range(8)}
-    (told,) = compare(Outputs({}, many), Outputs({}, {})).findings
+    (told,) = compare(Results({}, many), Results({}, {})).findings
     assert told.text == "is gone (0, 1, 2, 3, 4, 5 and 2 more)"
 
 
 def test_inputs_kept_in_another_way_are_not_said_to_be_the_same():
-    report = compare(Outputs({}, {"x/y": "1"}), Outputs({}, {"schema": "2", "x/y": "1"}))
+    report = compare(Results({}, {"x/y": "1"}), Results({}, {"schema": "2", "x/y": "1"}))
     (finding,) = report.findings
     assert (finding.kind, finding.name) == ("input", "inputs")
     assert "record the baseline again" in finding.text
@@ -373,8 +373,8 @@ def test_environment_explains_little_and_nothing_where_something_else_differs():
     assert kinds(found) == ["movement", "measure"]
     for ignore, expected in ((False, ["movement", "input"]), (True, ["movement"])):
         report = compare(
-            Outputs({"movement/a": start}, {"x/y": "1"}),
-            Outputs({"movement/a": trace(0, 10.01)}, {"x/y": "2"}),
+            Results({"movement/a": start}, {"x/y": "1"}),
+            Results({"movement/a": trace(0, 10.01)}, {"x/y": "2"}),
             environments=elsewhere,
             ignore_inputs=ignore,
         )
@@ -384,7 +384,7 @@ def test_environment_explains_little_and_nothing_where_something_else_differs():
 def test_environment_comes_first():
     before = {"movement/a": trace(0, 10), "movement/b": trace(0, 10)}
     after = {"movement/a": trace(0, 10.01), "movement/b": replace(trace(0, 10), verdict="stuck")}
-    report = compare(Outputs(before, {}), Outputs(after, {}), environments=(HASWELL, SANDYBRIDGE))
+    report = compare(Results(before, {}), Results(after, {}), environments=(HASWELL, SANDYBRIDGE))
     assert kinds(report) == ["environment", "outcome"]
 
 

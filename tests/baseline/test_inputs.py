@@ -13,18 +13,18 @@ from handsim.baseline.inputs import (
     recording_inputs,
 )
 from handsim.baseline.scene_arrays import GROUPS, LEFT_OUT, OTHER, group_of, is_left_out
-from handsim.hand.tasks import task_by_name
-from handsim.learning.bspline import TensorBSpline
-from handsim.simulation import glove
-from handsim.simulation.closed_loop import Stage
-from handsim.simulation.conditions import Conditions
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.rollout import glove
+from handsim.grasping.rollout.run import Scene
+from handsim.navigation.bspline import TensorBSpline
+from handsim.tasks.table_one import task_by_name
 
 TASK = "scissors-use"  # has hinges, meshes and, held by the other hand, an equality
 
 
 @pytest.fixture(scope="module")
-def stage():
-    return Stage.build(task_by_name(TASK), Conditions())
+def scene():
+    return Scene.build(task_by_name(TASK), Conditions())
 
 
 def changed(before: dict[str, str], after: dict[str, str]) -> set[str]:
@@ -56,10 +56,10 @@ def perturb(array: np.ndarray) -> None:
         one[:] = one + 1
 
 
-def test_every_array_of_the_model_with_a_part_in_physics_is_an_input(stage, plans):
-    model, (plan,) = stage.hand.model, plans.values()
-    before = grasp_inputs(stage, plan)
-    assert grasp_inputs(stage, plan) == before
+def test_every_array_of_the_model_with_a_part_in_physics_is_an_input(scene, plans):
+    model, (plan,) = scene.hand.model, plans.values()
+    before = grasp_inputs(scene, plan)
+    assert grasp_inputs(scene, plan) == before
     seen = {}
     for name in arrays_of(model):
         array = getattr(model, name)
@@ -67,7 +67,7 @@ def test_every_array_of_the_model_with_a_part_in_physics_is_an_input(stage, plan
             continue
         kept = array.copy()
         perturb(array)
-        seen[name] = changed(before, grasp_inputs(stage, plan))
+        seen[name] = changed(before, grasp_inputs(scene, plan))
         array[...] = kept
     assert {name: names for name, names in seen.items() if len(names) != 1} == {}
     assert set.union(*seen.values()) == {f"scene {group}" for group in (*GROUPS, OTHER)}
@@ -75,12 +75,12 @@ def test_every_array_of_the_model_with_a_part_in_physics_is_an_input(stage, plan
     assert seen["jnt_pos"] == {"scene joints"}
     assert seen["eq_data"] == seen["eq_active0"] == {"scene equalities"}
     assert len(seen) > 150
-    assert grasp_inputs(stage, plan) == before
+    assert grasp_inputs(scene, plan) == before
 
 
-def test_every_option_is_an_input(stage, plans):
-    option, (plan,) = stage.hand.model.opt, plans.values()
-    before = grasp_inputs(stage, plan)
+def test_every_option_is_an_input(scene, plans):
+    option, (plan,) = scene.hand.model.opt, plans.values()
+    before = grasp_inputs(scene, plan)
     names = [name for name in dir(option) if not name.startswith("_")]
     assert {"timestep", "cone", "gravity", "disableflags", "o_solref", "tolerance"} <= set(names)
     for name in names:
@@ -91,14 +91,14 @@ def test_every_option_is_an_input(stage, plans):
         else:
             kept = value
             setattr(option, name, value + (1 if isinstance(value, int) else 0.001 * value or 1e-5))
-        assert changed(before, grasp_inputs(stage, plan)) == {"scene solver"}, name
+        assert changed(before, grasp_inputs(scene, plan)) == {"scene solver"}, name
         if isinstance(value, np.ndarray):
             value[...] = kept
         else:
             setattr(option, name, kept)
-    statistic = stage.hand.model.stat
+    statistic = scene.hand.model.stat
     statistic.meaninertia *= 1.001
-    assert changed(before, grasp_inputs(stage, plan)) == {"scene solver"}
+    assert changed(before, grasp_inputs(scene, plan)) == {"scene solver"}
     statistic.meaninertia /= 1.001
 
 
@@ -106,7 +106,7 @@ def test_what_is_left_out_has_no_part_in_physics():
     """The same steps to the bit with all colours, cameras, lights and names' places changed."""
     states = []
     for spoil in (False, True):
-        model = Stage.build(task_by_name(TASK), Conditions()).hand.model
+        model = Scene.build(task_by_name(TASK), Conditions()).hand.model
         # Trees of bounding boxes, and which of a mesh's triangles lie in one plane, do have a part
         # in it, but follow from what is hashed.
         followed = ("bvh_*", "*_bvhadr", "*_bvhnum", "mesh_poly*", "mesh_facenormal")
@@ -126,8 +126,8 @@ def test_what_is_left_out_has_no_part_in_physics():
     assert states[1][-1] > 15
 
 
-def test_each_group_and_each_reason_fits_some_array(stage):
-    names = arrays_of(stage.hand.model)
+def test_each_group_and_each_reason_fits_some_array(scene):
+    names = arrays_of(scene.hand.model)
     grouped = {group_of(name) for name in names if not is_left_out(name)}
     assert grouped == {*GROUPS, OTHER}
     for patterns in (*LEFT_OUT.values(), *GROUPS.values()):
@@ -143,40 +143,40 @@ PERTURBED = {
 
 
 @pytest.mark.parametrize("field", [field.name for field in fields(Conditions)])
-def test_every_field_of_the_conditions_is_an_input(field, stage, plans):
+def test_every_field_of_the_conditions_is_an_input(field, scene, plans):
     (plan,) = plans.values()
-    other = Stage.build(task_by_name(TASK), replace(Conditions(), **{field: PERTURBED[field]}))
-    names = changed(grasp_inputs(stage, plan), grasp_inputs(other, plan))
+    other = Scene.build(task_by_name(TASK), replace(Conditions(), **{field: PERTURBED[field]}))
+    names = changed(grasp_inputs(scene, plan), grasp_inputs(other, plan))
     assert f"condition/{field}" in names
     expected = {"object_offset": "scene geometry", "friction": "scene friction",
                 "mass_scale": "scene masses", "side": "task"}.get(field)  # fmt: skip
     assert expected is None or expected in names
 
 
-def test_a_yaw_of_the_object_is_named(stage, plans):
+def test_a_yaw_of_the_object_is_named(scene, plans):
     (plan,) = plans.values()
-    turned = Stage.build(task_by_name(TASK), Conditions(object_offset=(0.0, 0.0, 0.3)))
-    before, after = grasp_inputs(stage, plan), grasp_inputs(turned, plan)
+    turned = Scene.build(task_by_name(TASK), Conditions(object_offset=(0.0, 0.0, 0.3)))
+    before, after = grasp_inputs(scene, plan), grasp_inputs(turned, plan)
     assert after["condition/object_offset"] == "0, 0, 0.3"
     assert {"condition/object_offset", "scene geometry"} <= changed(before, after)
 
 
-def test_every_field_of_the_plan_is_an_input(stage, plans):
+def test_every_field_of_the_plan_is_an_input(scene, plans):
     (plan,) = plans.values()
-    before = grasp_inputs(stage, plan)
+    before = grasp_inputs(scene, plan)
     for field in fields(plan):
         value = getattr(plan, field.name)
         other = value.moved(np.array([1e-4, 0, 0])) if field.name == "palm" else (
             np.ones(3) if value is None else value + 1e-4
         )  # fmt: skip
-        after = grasp_inputs(stage, replace(plan, **{field.name: other}))
+        after = grasp_inputs(scene, replace(plan, **{field.name: other}))
         assert changed(before, after) == {"plan"}, field.name
 
 
-def test_task_schedule_and_glove_are_inputs(stage, plans, monkeypatch):
+def test_task_schedule_and_glove_are_inputs(scene, plans, monkeypatch):
     (plan,) = plans.values()
-    before = grasp_inputs(stage, plan)
-    task = stage.task
+    before = grasp_inputs(scene, plan)
+    task = scene.task
     slower = replace(task.steps[0], seconds=task.steps[0].seconds + 0.1)
     for change, names in (
         ({"rule": replace(task.rule, hold=2.9)}, {"task", "schedule"}),
@@ -185,11 +185,11 @@ def test_task_schedule_and_glove_are_inputs(stage, plans, monkeypatch):
         ({"steps": (slower, *task.steps[1:])}, {"task", "schedule"}),
         ({"yaw_deg": 1.0}, {"task"}),
     ):
-        other = replace(stage, task=replace(task, **change))
+        other = replace(scene, task=replace(task, **change))
         assert changed(before, grasp_inputs(other, plan)) == names
     noisy = replace(glove.DataGlove(), noise=0.01)
     monkeypatch.setattr("handsim.baseline.inputs.DataGlove", lambda: noisy)
-    assert changed(before, grasp_inputs(stage, plan)) == {"glove"}
+    assert changed(before, grasp_inputs(scene, plan)) == {"glove"}
 
 
 def with_coefficients(controller, coefficients):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handsim import data_folder, learn_controller, read_recordings
-from handsim.baseline.outputs import Outputs
+from handsim.baseline.results import Results
 from handsim.baseline.store import read_baseline, write_baseline
 from handsim.learning.controller import GraspController
 from handsim.testing import assert_as_baseline
@@ -28,7 +28,7 @@ def test_the_shipped_controller_does_what_it_did(controller, recordings, tmp_pat
         for name, value in kept.outputs.inputs.items()
         if name.startswith("recordings/") or f"grasp/{name.partition('/')[2]}" not in left_out
     }
-    questions, outputs = replace(kept.questions, plans=plans), Outputs(traces, inputs)
+    questions, outputs = replace(kept.questions, plans=plans), Results(traces, inputs)
     some = replace(kept, questions=questions, outputs=outputs)
     write_baseline(some, tmp_path / "some.npz")
     report = assert_as_baseline(controller, tmp_path / "some.npz", recordings=recordings)

@@ -23,17 +23,17 @@ from pathlib import Path
 
 import numpy as np
 
-from handsim.baseline import Baseline, Environment, Outputs, answer, questions_for
+from handsim.baseline import Baseline, Environment, Results, answer, cases_for
 from handsim.baseline.comparison import deviation_deg
 from handsim.baseline.environment import differences
-from handsim.baseline.outputs import Questions
+from handsim.baseline.results import Cases
 from handsim.baseline.store import read_baseline, write_baseline
 from handsim.baseline.tolerances import MEASURES, Tolerances
 from handsim.files import data_folder
+from handsim.grasping.planning.plan_store import PlanStore
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_like
-from handsim.motion.recording import read_recordings
-from handsim.simulation.plan_store import PlanStore
+from handsim.recordings.folder import read_recordings
 
 ROOT = Path(__file__).resolve().parents[2]
 KERNELS = ("Haswell", "SkylakeX", "Zen", "Sandybridge", "Nehalem")
@@ -112,15 +112,15 @@ def answer_here(folder: Path, tasks: tuple[str, ...], n_movements: int | None) -
     controller = GraspController.load(data_folder("assets") / "controller.npz")
     learned = learn_like(controller, read_recordings(data_folder("assets") / "experiments"))
     plans = built_in_plans()
-    asked = questions_for(controller, {task: plans[task] for task in tasks})
+    asked = cases_for(controller, {task: plans[task] for task in tasks})
     names = list(asked.starts)[:n_movements]
     starts, goals = ({n: ends[n] for n in names} for ends in (asked.starts, asked.goals))
-    questions = Questions(starts, goals, asked.plans)
-    moved = Questions(questions.starts, questions.goals, {})
+    questions = Cases(starts, goals, asked.plans)
+    moved = Cases(questions.starts, questions.goals, {})
     again = answer(learned, moved).traces
     outputs = answer(controller, questions)
     relearned = {name.replace("movement/", "relearned/"): t for name, t in again.items()}
-    outputs = Outputs(outputs.traces | relearned, outputs.inputs)
+    outputs = Results(outputs.traces | relearned, outputs.inputs)
     made = Baseline(questions, outputs, True, Environment.here(), version("handsim"), ("measured",))
     write_baseline(made, folder / "baseline.npz")
     learned.save(folder / "controller.npz")

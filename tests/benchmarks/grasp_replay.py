@@ -14,17 +14,18 @@ import numpy as np
 from sklearn.decomposition import PCA
 
 from handsim.files import data_folder
-from handsim.hand.model import HandModel, build_hand
-from handsim.hand.tasks import task_by_name
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.judging.rates import wilson_interval
+from handsim.grasping.plan import schedule_for
+from handsim.grasping.planning.demonstrator import scripted_plan
+from handsim.grasping.planning.grasper import trial_conditions
+from handsim.grasping.rollout.record import Rollout
+from handsim.grasping.rollout.run import Scene, simulate
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range
-from handsim.motion.recording import Recording, RecordingSet, read_recordings
-from handsim.simulation.closed_loop import Stage, simulate
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.demonstrator import plan_for
-from handsim.simulation.grasping import trial_conditions
-from handsim.simulation.plan import schedule_for
-from handsim.simulation.rollout import Rollout
-from handsim.simulation.trials import wilson_interval
+from handsim.recordings.folder import Recording, RecordingSet, read_recordings
+from handsim.tasks.table_one import task_by_name
 
 COMPONENTS = (3, 5, 7, 22)
 
@@ -59,13 +60,13 @@ class ReplayDriver:
 def replay(recording: Recording, subspace: PCA, conditions: Conditions) -> Rollout:
     """Grasp as recorded, but for what lies outside the subspace."""
     task = task_by_name(recording.task)
-    stage = Stage.build(task, conditions)
+    scene = Scene.build(task, conditions)
     q = clip_to_range(subspace.inverse_transform(subspace.transform(recording.q)))
     hand = HandModel.from_spec(build_hand(conditions.hand_length, conditions.hand_breadth))
-    scripted, _ = plan_for(stage.task, hand)
+    scripted, _ = scripted_plan(scene.task, hand)
     plan = replace(scripted, q_start=q[0], q_goal=q[-1])
     driver = ReplayDriver(recording.time - recording.time[0], q)
-    return simulate(stage, plan, driver, schedule=replace(schedule_for(task), reach=driver.reach))
+    return simulate(scene, plan, driver, schedule=replace(schedule_for(task), reach=driver.reach))
 
 
 def row(n: int, recordings: RecordingSet, conditions: list[Conditions]) -> str:

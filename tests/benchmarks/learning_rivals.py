@@ -18,16 +18,10 @@ from sklearn.mixture import GaussianMixture
 sys.path.insert(0, str(Path(__file__).parent))
 from learning_data import SUBJECTS, Subject, load, ratio, roll_out
 
-from handsim.learning.direction_fit import DirectionLearner
-from handsim.learning.paths import (
-    ARRIVAL,
-    FlowPath,
-    at_arc_length,
-    between_ends,
-    follow,
-    path_error,
-)
-from handsim.learning.pde_fit import PDELearner
+from handsim.learning.direction.learner import DirectionLearner
+from handsim.learning.pde.learner import PDELearner
+from handsim.navigation.flow import ARRIVAL, FlowPath, follow
+from handsim.navigation.paths import at_arc_length, between_ends, path_error
 
 Field = Callable[[np.ndarray, np.ndarray], np.ndarray]
 N_RANDOM = 200

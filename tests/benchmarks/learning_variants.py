@@ -15,7 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from learning_data import SUBJECTS, Subject, load, ratio, roll_out
 
-from handsim.learning.direction_fit import DirectionLearner
+from handsim.learning.direction.learner import DirectionLearner
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "as it is": {},

@@ -18,10 +18,10 @@ from time import perf_counter, process_time
 import numpy as np
 
 from handsim.files import data_folder
-from handsim.learning.direction_fit import DirectionLearner
+from handsim.learning.direction.learner import DirectionLearner
 from handsim.learning.learn import learn_controller
 from handsim.learning.subspace import PostureSubspace
-from handsim.motion.recording import Recording, RecordingSet, read_recordings
+from handsim.recordings.folder import Recording, RecordingSet, read_recordings
 
 MOVED = np.deg2rad(5.0)  # deviation of each joint at the start and at the end
 TREMOR = np.deg2rad(0.5)

@@ -1,6 +1,6 @@
 """What a frame costs beside MuJoCo's renderer alone; run by `make bench`.
 
-The bar on their ratio is held, for both backends, in `tests/viewing/test_backends.py`.
+The bar on their ratio is held, for both backends, in `tests/viewing/opengl/test_backends.py`.
 """
 
 from collections.abc import Iterator
@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from handsim.joints import clip_to_range
-from handsim.viewing.clips import Clip, render_clips
-from handsim.viewing.gl import choose_backend
-from handsim.viewing.postures import posture_clip
-from handsim.viewing.stage import Camera, View
+from handsim.viewing.film.clips import Clip, render_clips
+from handsim.viewing.film.offscreen import Camera, View
+from handsim.viewing.film.posture_clips import posture_clip
+from handsim.viewing.opengl.backend import choose_backend
 
 pytestmark = pytest.mark.slow
 

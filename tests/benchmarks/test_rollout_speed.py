@@ -18,18 +18,19 @@ import pytest
 from mujoco.batch import Batch
 
 from handsim.files import data_folder
-from handsim.hand.model import HandModel, build_hand
-from handsim.hand.tasks import task_by_name
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.planning.plan_store import plan_store
+from handsim.grasping.planning.planner import replayed_plan, run_plan
+from handsim.grasping.rollout.batch import grasp_batch
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.drivers import LearnedDriver, learned_driver
+from handsim.grasping.rollout.record import Rollout
+from handsim.grasping.rollout.run import simulate
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
 from handsim.learning.controller import GraspController
-from handsim.simulation.batch import grasp_batch
-from handsim.simulation.closed_loop import simulate
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.drivers import LearnedDriver, learned_driver
-from handsim.simulation.plan import GraspPlan, schedule_for
-from handsim.simulation.plan_store import plan_store
-from handsim.simulation.planner import replayed_plan, run_plan
-from handsim.simulation.rollout import Rollout
-from handsim.simulation.stage import Stage
+from handsim.tasks.table_one import task_by_name
 
 pytestmark = pytest.mark.slow
 
@@ -47,14 +48,14 @@ class Scene:
     """A task that is about to be grasped, and the record of having done so."""
 
     name: str
-    stage: Stage
+    scene: Scene
     plan: GraspPlan
     driver: LearnedDriver
     run: Rollout
     model: mujoco.MjModel
 
     def ours(self) -> Rollout:
-        return simulate(self.stage, self.plan, self.driver)
+        return simulate(self.scene, self.plan, self.driver)
 
     def alone(self) -> np.ndarray:
         """The same commands to the same scene, and nothing else; the last positions."""
@@ -79,14 +80,14 @@ def scene(controller: GraspController, request: pytest.FixtureRequest) -> Scene:
 
 
 def set_up(controller: GraspController, name: str) -> Scene:
-    stage = Stage.build(task_by_name(name), Conditions())
+    scene = Scene.build(task_by_name(name), Conditions())
     store = plan_store(data_folder("assets") / "plans", controller.digest, Conditions())
     plan = store.read().get(name)
     if plan is None:  # as while the plans are made anew
-        plan = replayed_plan(controller, stage, HandModel.from_spec(build_hand()))
-    driver = learned_driver(controller, plan, stage.lead, schedule_for(stage.task))
-    run = simulate(stage, plan, driver)
-    return Scene(name, stage, plan, driver, run, run.model())
+        plan = replayed_plan(controller, scene, HandModel.from_spec(build_hand()))
+    driver = learned_driver(controller, plan, scene.lead, schedule_for(scene.task))
+    run = simulate(scene, plan, driver)
+    return Scene(name, scene, plan, driver, run, run.model())
 
 
 def cost(work: Callable[[], object]) -> float:
@@ -110,20 +111,20 @@ def test_a_run(benchmark, scene):
 
 def test_the_same_commands_to_mujoco_alone(benchmark, scene):
     end = benchmark.pedantic(scene.alone, rounds=5)
-    hand = scene.stage.hand.qpos_index
+    hand = scene.scene.hand.qpos_index
     np.testing.assert_allclose(end[hand], scene.run.qpos[-1][hand], atol=ALIKE)
 
 
 def test_a_run_with_its_time_law(benchmark, controller, scene):
-    benchmark.pedantic(run_plan, (controller, scene.stage, scene.plan), rounds=5)
+    benchmark.pedantic(run_plan, (controller, scene.scene, scene.plan), rounds=5)
 
 
 def test_building_a_scene(benchmark, scene):
-    benchmark.pedantic(Stage.build, (scene.stage.task, Conditions()), rounds=5)
+    benchmark.pedantic(Scene.build, (scene.scene.task, Conditions()), rounds=5)
 
 
 def test_the_text_of_a_scene(benchmark, scene):
-    benchmark.pedantic(scene.stage.xml, rounds=5)
+    benchmark.pedantic(scene.scene.xml, rounds=5)
 
 
 def test_a_batch_of_seeds(benchmark, controller):
@@ -158,7 +159,7 @@ def batches(
     conditions = [Conditions(seed=seed) for seed in range(SEEDS)]
 
     def ours() -> list[Rollout]:
-        return grasp_batch(controller, scene.stage.task, scene.plan, conditions, THREADS)
+        return grasp_batch(controller, scene.scene.task, scene.plan, conditions, THREADS)
 
     runs = ours()
     ctrl = np.stack([run.ctrl for run in runs])
@@ -167,7 +168,7 @@ def batches(
 
     def alone() -> np.ndarray:
         batch = Batch(scene.model, SEEDS, THREADS)
-        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        batch.reset(scene=mujoco.mjtStage.mjSTAGE_NONE)
         batch.bind("qpos")[:] = np.stack([run.qpos[0] for run in runs])
         batch.bind("ctrl")[:] = ctrl[:, 0]
         batch.forward()

@@ -13,10 +13,11 @@ from movement_primitives.dmp import DMP
 from scipy.interpolate import NdBSpline
 
 from handsim.files import data_folder
-from handsim.learning.bspline import SplineEvaluator, TensorBSpline
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_controller
-from handsim.motion.recording import read_recordings
+from handsim.navigation._spline_evaluator import SplineEvaluator
+from handsim.navigation.bspline import TensorBSpline
+from handsim.recordings.folder import read_recordings
 
 pytestmark = pytest.mark.slow
 

@@ -8,10 +8,10 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from handsim.grasping.rollout_file import read_rollout
 from handsim.joints import JOINT_NAMES
-from handsim.motion.recording import read_postures
-from handsim.simulation.experiments import DEMONSTRATED
-from handsim.simulation.rollout import read_rollout
+from handsim.recordings.folder import read_postures
+from handsim.tasks.table_one import TASK_NAMES
 
 REAL = Path(__file__).parents[2] / "../shared/data/reach_to_grasp"
 LEARN_KEYS = {
@@ -50,10 +50,10 @@ def test_learn_and_evaluate_the_built_in_experiments(run, learned):
     result = run("evaluate", learned, "--json")
     assert result.code == 0
     scores = result.json()
-    assert scores["n_recordings"] == scores["n_arrived"] == len(DEMONSTRATED)
+    assert scores["n_recordings"] == scores["n_arrived"] == len(TASK_NAMES)
     assert scores["ratio"] < 0.60  # 0.57 for the 24 experiments
     assert scores["ratio"] == pytest.approx(scores["path_error_deg"] / scores["straight_error_deg"])
-    assert {row["name"] for row in scores["per_recording"]} == set(DEMONSTRATED)
+    assert {row["name"] for row in scores["per_recording"]} == set(TASK_NAMES)
 
 
 def test_learning_twice_gives_the_same_file(run, learned, tmp_path):
@@ -158,7 +158,7 @@ def test_hand_build_writes_a_model_of_the_size_asked_for(run, tmp_path):
 
 def test_recordings_info_in_words_and_in_json(run):
     said = run("recordings", "info", "--json").json()
-    assert said["n_recordings"] == len(DEMONSTRATED)
+    assert said["n_recordings"] == len(TASK_NAMES)
     assert "synthetic" in said["subjects"]
     assert "synthetic" in run("recordings", "info").out
 

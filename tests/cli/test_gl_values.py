@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from handsim.files import data_folder
-from handsim.viewing import gl
+from handsim.viewing.opengl import backend as gl
 
 POSTURES = data_folder("assets") / "experiments" / "cube-raise.csv"
 DRAWING = (

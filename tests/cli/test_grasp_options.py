@@ -8,13 +8,13 @@ import pytest
 
 from handsim.cli import defaults
 from handsim.files import data_folder
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning import grasper as grasping
+from handsim.grasping.planning.plan_store import PlanStore
+from handsim.grasping.planning.planner import run_plan
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout_file import read_rollout
 from handsim.learning.controller import GraspController
-from handsim.simulation import grasping
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.plan_store import PlanStore
-from handsim.simulation.planner import run_plan
-from handsim.simulation.rollout import read_rollout
-from handsim.simulation.stage import Stage
 
 EXPERIMENTS = data_folder("assets") / "experiments"
 CONTROLLER = data_folder("assets") / "controller.npz"
@@ -30,7 +30,7 @@ def planned(monkeypatch):
         controllers.append(controller)
         assert known is None  # nothing that has seen the object
         plan = replace(built_in[task.name], z_goal=None)  # of another subspace
-        return plan, run_plan(controller, Stage.build(task, conditions), plan)
+        return plan, run_plan(controller, Scene.build(task, conditions), plan)
 
     monkeypatch.setattr(grasping, "plan_grasp", quickly)
     return controllers

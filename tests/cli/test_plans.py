@@ -9,11 +9,11 @@ import pytest
 
 from handsim.cli.defaults import planning_grasper
 from handsim.files import data_folder
-from handsim.hand import grasp_task
-from handsim.hand.tasks import TASKS, task_by_name
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning import grasper as grasping
 from handsim.learning.controller import GraspController
-from handsim.simulation import grasping
-from handsim.simulation.conditions import Conditions
+from handsim.tasks import task as grasp_task
+from handsim.tasks.table_one import TASKS, task_by_name
 
 CONTROLLER = data_folder("assets") / "controller.npz"
 TASK = "cube-raise"
@@ -53,11 +53,11 @@ def test_nothing_is_planned_for_the_built_in_controller_in_another_file(run, cop
 def test_an_object_that_has_changed_is_planned_again_and_that_is_said(
     run, copied, planned, monkeypatch
 ):
-    cube = task_by_name(TASK).thing
+    cube = task_by_name(TASK).object
     (piece,) = cube.pieces
     heavier = replace(cube, pieces=(replace(piece, mass=1.1 * piece.mass),))
     monkeypatch.setattr(grasp_task, "OBJECTS", {**grasp_task.OBJECTS, "cube": heavier})
-    assert task_by_name(TASK).thing is heavier
+    assert task_by_name(TASK).object is heavier
     first = run("grasp", copied, "--task", TASK, "--json")
     assert first.code == 0
     assert first.err == f"plan of {TASK} is of another object: planned again\n"

@@ -13,7 +13,7 @@ import pytest
 from handsim.cli import grasping
 from handsim.cli.console import fraction_done, progress
 from handsim.files import data_folder
-from handsim.simulation.conditions import Conditions
+from handsim.grasping.conditions import Conditions
 
 POSTURES = data_folder("assets") / "experiments" / "cube-raise.csv"
 COMMANDS = {

@@ -8,14 +8,16 @@ import pytest
 
 from handsim.cli.defaults import planning_grasper
 from handsim.cli.reporting import _known_plan
-from handsim.hand.model import HandModel, build_hand
-from handsim.hand.tasks import task_by_name
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.demonstrator import plan_for
-from handsim.simulation.plan import GraspPlan
-from handsim.simulation.plan_key import key_for
-from handsim.simulation.plan_store import StoredPlan
-from handsim.viewing import live, window
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import GraspPlan
+from handsim.grasping.planning.demonstrator import scripted_plan
+from handsim.grasping.planning.plan_key import key_for
+from handsim.grasping.planning.plan_store import StoredPlan
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
+from handsim.tasks.table_one import task_by_name
+from handsim.viewing.live import page as live
+from handsim.viewing.live import window
 
 TASK = "cube-raise"
 
@@ -25,7 +27,7 @@ def learned(run, tmp_path: Path) -> Path:
     """A controller with the demonstrator's plan of one task stored beside it."""
     path = tmp_path / "my controller.npz"
     assert run("learn", "-o", path, "--components", 2).code == 0
-    plan, _ = plan_for(task_by_name(TASK), HandModel.from_spec(build_hand()))
+    plan, _ = scripted_plan(task_by_name(TASK), HandModel.from_spec(build_hand()))
     _keep(path, Conditions(), plan)
     return path
 

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from handsim.files import data_folder
-from handsim.simulation.sweep import COLUMNS
+from handsim.grasping.sweep.runner import COLUMNS
 
 CONTROLLER = data_folder("assets") / "controller.npz"
 PLANS = data_folder("assets") / "plans"

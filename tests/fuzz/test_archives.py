@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from handsim.baseline import read_baseline
 from handsim.errors import FileError, HandsimError
 from handsim.files import data_folder, read_archive, write_archive
-from handsim.hand.tasks import task_by_name
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.demonstrator import demonstrate
-from handsim.simulation.plan_store import PlanStore
-from handsim.simulation.rollout import read_rollout, write_rollout
-from handsim.viewing.rollouts import rollout_clip
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.demonstrator import demonstrate
+from handsim.grasping.planning.plan_store import PlanStore
+from handsim.grasping.rollout_file import read_rollout, write_rollout
+from handsim.tasks.table_one import task_by_name
+from handsim.viewing.film.rollout_clips import rollout_clip
 
 from .conftest import Content, damaged_bytes, search
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from handsim.errors import HandsimError
-from handsim.hand.object_import import object_from_mesh
+from handsim.objects.mesh_import import object_from_mesh
 
 from .conftest import damaged_bytes, search
 

@@ -138,8 +138,8 @@ def sweeps(draw: st.DrawFn) -> tuple[str, bool]:
 
 def test_sweep(sandbox, monkeypatch):
     """No grasp is made: what can be swept is told by its number of runs."""
-    monkeypatch.setattr("handsim.simulation.sweep.sweep", lambda *args: None)
-    monkeypatch.setattr("handsim.simulation.sweep_plans.SweepGraspers.plan", lambda *args: None)
+    monkeypatch.setattr("handsim.grasping.sweep.runner.sweep", lambda *args: None)
+    monkeypatch.setattr("handsim.grasping.sweep.graspers.SweepGraspers.plan", lambda *args: None)
 
     def check(chosen: tuple[str, bool]) -> None:
         text, good = chosen

@@ -10,7 +10,8 @@ from xml.etree.ElementTree import Element
 import pytest
 
 from handsim.files import data_folder
-from handsim.hand.model import SIDES, write_hand
+from handsim.hand.export import write_hand
+from handsim.types import SIDES
 
 FOLDER = data_folder("models") / "hand"
 RELATIVE, ABSOLUTE = 2e-5, 1e-8

@@ -5,7 +5,8 @@ import pytest
 from handsim.errors import FileError
 from handsim.files import data_folder
 from handsim.hand.eigengrasps import DEEPEST, EXTENT, eigengrasp_postures, read_eigengrasps
-from handsim.hand.model import HandModel, build_hand
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
 from handsim.hand.population import PRESETS
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, LOWER, UPPER
 
@@ -87,7 +88,7 @@ def test_penetration_is_that_of_the_posture_given():
 
 
 def test_another_table_is_an_error_that_names_the_remedy(tmp_path):
-    with pytest.raises(FileError, match=r"python -m handsim\.learning\.eigengrasps"):
+    with pytest.raises(FileError, match=r"python models/hand/make\.py"):
         read_eigengrasps(tmp_path / "none.csv")
     for content in ("name\nmean\n", TABLE.read_text().replace("mean", "average"), "", "a,b\n1,x\n"):
         (tmp_path / "table.csv").write_text(content)

@@ -6,7 +6,8 @@ import pytest
 from scipy.optimize import minimize
 
 from handsim.errors import UnknownNameError
-from handsim.hand.model import PASSING_PAIRS, HandModel, build_hand
+from handsim.hand.mjcf import PASSING_PAIRS, build_hand
+from handsim.hand.model import HandModel
 from handsim.hand.population import PRESETS
 from handsim.hand.postures import POSTURES, posture
 from handsim.joints import FINGERS, JOINT_INDEX, JOINTS, LOWER, UPPER

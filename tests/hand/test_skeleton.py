@@ -11,7 +11,8 @@ from handsim.hand.anthropometry import (
     THUMB_PRONATION_DEG,
     THUMB_SPLAY_DEG,
 )
-from handsim.hand.model import HandModel, build_hand
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, JOINT_INDEX, LOWER, UPPER
 
 

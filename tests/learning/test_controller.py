@@ -9,14 +9,15 @@ import pytest
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import LOWER, UPPER
-from handsim.learning.bspline import TensorBSpline
 from handsim.learning.controller import SCHEMA, GraspController
 from handsim.learning.learn import learn_controller
-from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.options import METHODS, Method
-from handsim.learning.paths import path_error
 from handsim.learning.subspace import PostureSubspace
-from handsim.motion.recording import Recording, RecordingSet
+from handsim.navigation.bspline import TensorBSpline
+from handsim.navigation.function import NavigationFunction
+from handsim.navigation.obstacle import ExponentialObstacle
+from handsim.navigation.paths import path_error
+from handsim.recordings.folder import Recording, RecordingSet
 
 SUMMARY = {
     "method", "n_recordings", "n_components", "variance_explained", "n_coefficients", "iterations",

@@ -8,10 +8,8 @@ import pytest
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
-from handsim.learning.bspline import TensorBSpline
 from handsim.learning.controller import SCHEMA, GraspController
 from handsim.learning.learn import learn_controller, learn_like
-from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
 from handsim.learning.options import (
     LEARNERS,
     METHODS,
@@ -20,7 +18,10 @@ from handsim.learning.options import (
     options_of,
     usual_options,
 )
-from handsim.motion.recording import RecordingSet
+from handsim.navigation.bspline import TensorBSpline
+from handsim.navigation.function import NavigationFunction
+from handsim.navigation.obstacle import ExponentialObstacle
+from handsim.recordings.folder import RecordingSet
 
 UNUSUAL = {
     "shape": (9, 9), "degree": 3, "k": 3.5, "smoothness": 1e-4, "ridge": 2e-5, "descent": 500.0,

@@ -7,19 +7,10 @@ import numpy as np
 import pytest
 
 from handsim.errors import InputError
-from handsim.learning.bspline import TensorBasis, TensorBSpline
+from handsim.learning.certification import certification, not_arriving
 from handsim.learning.controller import GraspController
-from handsim.learning.critical import certification, grid, not_arriving
 from handsim.learning.demonstration import demonstrations_of
-from handsim.learning.inspection import (
-    cumulative_variance,
-    eigengrasps,
-    flow_lattice,
-    slice_through,
-)
 from handsim.learning.learn import learn_controller
-from handsim.learning.navigation import ExponentialObstacle, NavigationFunction
-from handsim.learning.paths import path_error
 from handsim.learning.scores import (
     direction_error,
     evaluate,
@@ -29,7 +20,18 @@ from handsim.learning.scores import (
     variance_explained,
 )
 from handsim.learning.subspace import PostureSubspace
-from handsim.motion.recording import Recording, RecordingSet
+from handsim.navigation.bspline import TensorBasis, TensorBSpline
+from handsim.navigation.critical_points import grid
+from handsim.navigation.function import NavigationFunction
+from handsim.navigation.obstacle import ExponentialObstacle
+from handsim.navigation.paths import path_error
+from handsim.recordings.folder import Recording, RecordingSet
+from handsim.viewing.figures.slices import (
+    cumulative_variance,
+    eigengrasps,
+    flow_lattice,
+    slice_through,
+)
 
 
 def straight(z: np.ndarray, goals: np.ndarray) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 Each .toml file beside this one is a suite:
 
-    module = "handsim/simulation/six_axis.py"
-    tests = ["tests/simulation/test_six_axis.py"]
+    module = "handsim/grasping/judging/six_axis.py"
+    tests = ["tests/grasping/judging/test_six_axis.py"]
     [[mutant]]
     name = "only three pulls"
     before = "text that occurs exactly once in the module"

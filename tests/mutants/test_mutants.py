@@ -32,7 +32,9 @@ def test_what_does_not_fit_is_named() -> None:
         Mutant("idle", "MASS = 0.1", "MASS = 0.1"),
         Mutant("idle", "TIMESTEP = 2.0, 0.004", "TIMESTEP = 2.0, 0.002"),
     )
-    suite = Suite("made-up", "handsim/simulation/six_axis.py", ("tests/nowhere.py::a",), mutants)
+    suite = Suite(
+        "made-up", "handsim/grasping/judging/six_axis.py", ("tests/nowhere.py::a",), mutants
+    )
     named = suite.faults()
     for word in (
         "'stale': its text occurs 0 times",

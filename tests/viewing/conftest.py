@@ -15,8 +15,8 @@ import pytest
 from PIL import Image
 
 from handsim.errors import MissingToolError, RenderingError
-from handsim.viewing.gl import choose_backend
-from handsim.viewing.stage import Frame
+from handsim.types import Frame
+from handsim.viewing.opengl.backend import choose_backend
 
 BALL = """
 <mujoco>

@@ -4,7 +4,7 @@ import pytest
 
 from handsim.viewing import doctor as doctor_module
 from handsim.viewing.doctor import can_render, doctor
-from handsim.viewing.gl import ProbeResult
+from handsim.viewing.opengl.backend import ProbeResult
 
 
 def with_backends(monkeypatch: pytest.MonkeyPatch, *working: str) -> None:

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from handsim.files import data_folder
-from handsim.hand.tasks import task_by_name
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.demonstrator import demonstrate
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_controller
 from handsim.learning.scores import evaluate
-from handsim.motion.recording import RecordingSet, read_recordings
-from handsim.simulation.conditions import Conditions
-from handsim.simulation.demonstrator import demonstrate
-from handsim.viewing import page
+from handsim.recordings.folder import RecordingSet, read_recordings
+from handsim.tasks.table_one import task_by_name
+from handsim.viewing import html as page
 from handsim.viewing.report import write_report
 
 pytestmark = [pytest.mark.ci, pytest.mark.slow]

@@ -1,0 +1,111 @@
+"""What a run is made with, apart from controller and plan."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handsim.errors import InputError
+from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH, hand_geometry
+from handsim.hand.mjcf import FRICTION
+from handsim.tasks.scene import HAND_FRICTION_RANGE
+from handsim.types import Side
+
+LIMITS: dict[str, tuple[float, float]] = {
+    "seed": (0, 2**63 - 1),
+    "friction": HAND_FRICTION_RANGE,
+    "mass_scale": (1e-3, 1e3),
+    "shake": (0.0, 100.0),
+}
+"""What is simulated; far beyond what hands and objects are like, so that limits can be sought."""
+MAX_OFFSET = 3.2
+"""Largest displacement [m] and turn [rad] of the object; half a turn and more."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Hand, friction, mass and disturbances of one run.
+
+    Attributes
+    ----------
+    seed
+        Seed of the glove's noise and of the perturbations.
+    nominal
+        True when nothing was perturbed.
+    hand_length, hand_breadth, side
+        Size [m] and side of the hand.
+    friction
+        Sliding friction of the hand.
+    mass_scale
+        Factor on the object's mass.
+    object_offset
+        Displacement of the object from where the plan expects it, (x [m], y [m], yaw [rad]).
+    shake
+        Amplitude of the base's acceleration during the hold [m/s^2].
+
+    Raises
+    ------
+    InputError
+        If one is outside what is simulated (`LIMITS`), or the size is that of no hand.
+    """
+
+    seed: int = 0
+    nominal: bool = True
+    hand_length: float = HAND_LENGTH
+    hand_breadth: float = HAND_BREADTH
+    side: Side = "right"
+    friction: float = FRICTION[0]
+    mass_scale: float = 1.0
+    object_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shake: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check all values."""
+        hand_geometry(self.hand_length, self.hand_breadth)
+        for name, (low, high) in LIMITS.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"{name} of {value:g} is outside {low:g} to {high:g}")
+        if not np.abs(self.object_offset).max() <= MAX_OFFSET:
+            raise InputError(
+                f"object_offset of {self.object_offset} is beyond {MAX_OFFSET:g} m or rad"
+            )
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """Ranges of what a perturbed trial varies, each uniform.
+
+    Attributes
+    ----------
+    position, yaw
+        Object pose, each way, (x and y) [m] and [rad].
+    friction
+        Lower and upper end of the hand's tangential friction coefficient.
+    mass
+        Relative change of the object's mass, each way.
+    shake
+        Amplitude of the base's acceleration during the hold [m/s^2].
+    """
+
+    position: float = 0.003
+    yaw: float = np.deg2rad(3.0)
+    friction: tuple[float, float] = (0.5, 0.8)
+    mass: float = 0.2
+    shake: float = 2.0
+
+
+def perturb(conditions: Conditions, seed: int, ranges: Perturbation | None = None) -> Conditions:
+    """Return the conditions of a perturbed trial; the same seed gives the same trial."""
+    ranges = ranges or Perturbation()
+    generator = np.random.default_rng(seed)
+    x, y = generator.uniform(-ranges.position, ranges.position, 2)
+    yaw = generator.uniform(-ranges.yaw, ranges.yaw)
+    return replace(
+        conditions,
+        seed=seed,
+        nominal=False,
+        friction=float(generator.uniform(*ranges.friction)),
+        mass_scale=float(1 + generator.uniform(-ranges.mass, ranges.mass)),
+        object_offset=(float(x), float(y), float(yaw)),
+        shake=ranges.shake,
+    )

@@ -1,0 +1,123 @@
+"""The demonstrator: scripted grasps with all 22 joints, as a person might make them.
+
+A grasp is made of two postures, open and shut, that belong to its kind; the hand closes between
+them to the object's width, and alignment puts the palm. Where that alone does not hold, a few
+numbers found by search adjust it. The recordings that come out of it are synthetic and are called
+so wherever they appear.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import GraspPlan, Pose, schedule_for
+from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets, demonstrator_offsets
+from handsim.grasping.planning.opposition import align_palm, close_to_width, opposition
+from handsim.grasping.planning.preshapes import REST, preshape_for
+from handsim.grasping.planning.trial_variation import USUAL, TrialVariation, trial_variation
+from handsim.grasping.rollout.drivers import ScriptedDriver
+from handsim.grasping.rollout.record import Rollout
+from handsim.grasping.rollout.run import Scene, simulate
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
+from handsim.joints import clip_to_range
+from handsim.tasks.task import Task
+from handsim.types import Array, Side
+
+RETREAT = 0.16
+"""Distance from which the palm comes [m]."""
+
+
+def scripted_plan(
+    task: Task, hand: HandModel, offsets: DemonstratorOffsets | None = None, side: Side = "right"
+) -> tuple[GraspPlan, Array]:
+    """Return the scripted plan of a task and the posture of largest aperture, (22,) [rad].
+
+    Parameters
+    ----------
+    task
+        For the hand's own side.
+    hand
+        A hand by itself, of the size that is to grasp.
+    offsets
+        What is changed of what the kind of grasp gives; by default what was found for the task.
+    side
+        The hand's side.
+    """
+    if offsets is None:
+        offsets = demonstrator_offsets().get(task.name, DemonstratorOffsets())
+    preshape = offsets.preshape(preshape_for(task.grasp))
+    q_touch = close_to_width(hand, preshape.open, preshape.shut, task.grasp)
+    palm = align_palm(opposition(hand, q_touch, task.grasp), task.grasp)
+    palm = palm.moved(preshape.sink * np.array(task.grasp.approach))
+    palm = offsets.palm(palm, side)
+    q_goal = clip_to_range(q_touch + preshape.beyond * (preshape.shut - preshape.open))
+    plan = GraspPlan(palm, _retreat(task, palm), REST, q_goal, preshape.squeeze)
+    return plan, preshape.open
+
+
+def _retreat(task: Task, palm: Pose) -> Array:
+    """Return where the palm comes from, (3,) [m] in the object frame.
+
+    Straight against the approach, except for grasps from the side: there the hand comes from
+    behind as well, so that the thumb does not knock the object over.
+    """
+    back = -np.array(task.grasp.approach)
+    if task.grasp.kind == "side":
+        back = back - palm.rotation.apply([1.0, 0.0, 0.0])
+    return RETREAT * back / np.linalg.norm(back)
+
+
+def demonstrate(
+    task: Task, conditions: Conditions, variation: TrialVariation | None = None
+) -> Rollout:
+    """Grasp by script.
+
+    Parameters
+    ----------
+    task
+        That of a right hand; it is mirrored as the conditions say.
+    conditions
+        Of the run.
+    variation
+        Rest posture and timing; by default the usual ones in a nominal run, and in a perturbed
+        one those of its seed.
+    """
+    if variation is None:
+        variation = USUAL if conditions.nominal else trial_variation(conditions.seed)
+    size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
+    hand = HandModel.from_spec(build_hand(*size))
+    return demonstrate_on(Scene.build(task, conditions), hand, variation=variation)
+
+
+def demonstrate_on(
+    scene: Scene,
+    hand: HandModel,
+    offsets: DemonstratorOffsets | None = None,
+    *,
+    variation: TrialVariation = USUAL,
+    brief: bool = False,
+) -> Rollout:
+    """Grasp by script on a scene that is built already.
+
+    Parameters
+    ----------
+    scene
+        Of the task.
+    hand
+        A hand by itself, of the scene's size and side.
+    offsets
+        As in `scripted_plan`.
+    variation
+        Rest posture and timing.
+    brief
+        End the run once the object is lost.
+    """
+    plan, q_open = scripted_plan(scene.task, hand, offsets, scene.conditions.side)
+    plan = replace(plan, q_start=variation.rest)
+    schedule = replace(schedule_for(scene.task), reach=variation.reach)
+    driver = ScriptedDriver(
+        plan.q_start, q_open, plan.q_goal, variation.reach, variation.peak_aperture_at
+    )
+    return simulate(scene, plan, driver, schedule=schedule, brief=brief)

@@ -1,0 +1,190 @@
+"""Place the finger pads of a posture in a subspace around an object as a scripted grasp has them.
+
+A posture put through a few principal components keeps its shape roughly and its fingertips not at
+all. Coordinates, palm pose and squeeze are therefore fitted together, without physics: before the
+squeeze the pads should stand where the script has them, or somewhat wider; after it each pad that
+grasps should have gone beyond, so that the object stops it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from handsim.grasping.plan import GraspPlan, Pose
+from handsim.grasping.planning.opposition import palm_pose
+from handsim.grasping.rollout.squeeze import squeeze_offset
+from handsim.hand.model import HandModel
+from handsim.joints import FINGERS, clip_to_range
+from handsim.learning.subspace import PostureSubspace
+from handsim.objects.grasp import Grasp
+from handsim.types import Array
+
+IDLE = 0.05
+"""Weight of fingers that the grasp does not use."""
+PRESSED = 0.006
+"""How far beyond its fit_fingertips a squeezing pad should want to go [m]."""
+WEIGHTS = {"wider": 0.3, "narrower": 1.0, "pressed": 1.0, "approach": 0.6, "across": 0.25}
+"""Of distances along the opposition before the squeeze and missing ones after it, and of those
+along the approach and across both. A hand that arrives too narrow does not come around its
+object."""
+NORMAL = 0.006
+"""What a unit error of a pad's direction counts for [m]."""
+POSTURE = 0.003
+"""What a radian between posture and recorded destination counts for [m]."""
+TURN = 0.008
+"""What a radian between palm and scripted palm counts for [m]."""
+SQUEEZE = 0.002
+"""What a unit between the factor on the squeeze and the script's counts for [m]."""
+SQUEEZE_RANGE = (0.3, 2.0)
+
+
+@dataclass(frozen=True)
+class PadTargets:
+    """Where the pads of the five fingers should be, object frame.
+
+    Attributes
+    ----------
+    pos, normal : (5, 3) [m], (5, 3)
+    outward : (5, 3)
+        Direction in which each pad leaves the object.
+    axes : (3, 3)
+        Rows: opposition, approach and across both.
+    weight : (5,)
+    opposing : (5,)
+        Weights of the pads in what lies between the thumb and the middle of the fingers it faces.
+    plan
+        The script's.
+    grasp
+        What it grasps.
+    """
+
+    pos: Array
+    normal: Array
+    outward: Array
+    axes: Array
+    weight: Array
+    opposing: Array
+    plan: GraspPlan
+    grasp: Grasp
+
+
+@dataclass(frozen=True)
+class FingertipFit:
+    """What puts the pads near their targets.
+
+    Attributes
+    ----------
+    z : (n_components,) [rad]
+    palm
+        In the object frame.
+    squeeze
+        Factor on the squeeze layer.
+    error
+        Root of the sum of squares of all that was weighed [m].
+    """
+
+    z: Array
+    palm: Pose
+    squeeze: float
+    error: float
+
+
+def pad_targets(hand: HandModel, plan: GraspPlan, grasp: Grasp) -> PadTargets:
+    """Return where a plan has the pads at the grasp; the thumb and the grasp's fingers count."""
+    pos, normal = _pads_in_palm(hand, plan.q_goal)
+    turn = plan.palm.rotation
+    used = [finger == "thumb" or finger in grasp.fingers for finger in FINGERS]
+    opposition, approach = np.array(grasp.opposition), np.array(grasp.approach)
+    faced = np.array([finger in grasp.fingers and finger != "thumb" for finger in FINGERS])
+    return PadTargets(
+        pos=plan.palm.pos + turn.apply(pos),
+        normal=turn.apply(normal),
+        outward=np.outer([-1.0, 1.0, 1.0, 1.0, 1.0], opposition),
+        axes=np.stack([opposition, approach, np.cross(opposition, approach)]),
+        weight=np.sqrt(np.where(used, 1.0, IDLE)),
+        opposing=(np.array(FINGERS) == "thumb") - faced / max(faced.sum(), 1),
+        plan=plan,
+        grasp=grasp,
+    )
+
+
+def fit_fingertips(
+    hand: HandModel,
+    subspace: PostureSubspace,
+    targets: PadTargets,
+    z_start: Array,
+    box: tuple[Array, Array],
+    lever: float = 0.0,
+) -> FingertipFit:
+    """Fit coordinates, palm pose and squeeze.
+
+    Parameters
+    ----------
+    hand, subspace
+    targets
+        Where the pads should be.
+    z_start : (n_components,) [rad]
+        Where the fit begins.
+    box : two of (n_components,) [rad]
+        Least and greatest coordinates.
+    lever
+        Weight of what lies between thumb and fingers across the opposition after the squeeze:
+        forces that do not meet turn the object away.
+    """
+    n = len(z_start)
+    plan, full = targets.plan, squeeze_offset(1.0, targets.grasp.fingers)
+
+    def unpacked(x: Array) -> tuple[Array, Pose, float]:
+        palm = plan.palm.moved(x[n : n + 3], Rotation.from_rotvec(x[n + 3 : n + 6]))
+        return np.clip(x[:n], *box), palm, float(np.clip(plan.squeeze + x[n + 6], *SQUEEZE_RANGE))
+
+    def residuals(x: Array) -> Array:
+        z, palm, squeeze = unpacked(x)
+        before = clip_to_range(subspace.inverse_transform(z))
+        off_before, _ = _misses(hand, before, palm, targets)
+        off_after, askew = _misses(hand, clip_to_range(before + squeeze * full), palm, targets)
+        clearance = (off_before * targets.outward).sum(axis=1)
+        clearance = np.where(clearance > 0, WEIGHTS["wider"], WEIGHTS["narrower"]) * clearance
+        lacking = np.maximum((off_after * targets.outward).sum(axis=1) + PRESSED, 0.0)
+        aside = (off_before + off_after) / 2 @ targets.axes.T
+        weighed = np.stack(
+            [
+                clearance,
+                WEIGHTS["pressed"] * lacking,
+                WEIGHTS["approach"] * aside[:, 1],
+                WEIGHTS["across"] * aside[:, 2],
+                *(NORMAL * askew.T),
+            ]
+        )
+        return np.concatenate(
+            [
+                (targets.weight * weighed).ravel(),
+                lever * (targets.opposing @ off_after @ targets.axes[1:].T),
+                POSTURE * (x[:n] - z_start),
+                TURN * x[n + 3 : n + 6],
+                SQUEEZE * x[n + 6 :],
+            ]
+        )
+
+    scale = np.concatenate([np.full(n, 0.3), np.full(3, 0.02), np.full(3, 0.2), [0.5]])
+    start = np.concatenate([np.clip(z_start, *box), np.zeros(7)])
+    fit = least_squares(residuals, start, x_scale=scale, max_nfev=25)
+    return FingertipFit(*unpacked(fit.x), error=float(np.linalg.norm(fit.fun)))
+
+
+def _misses(hand: HandModel, q: Array, palm: Pose, targets: PadTargets) -> tuple[Array, Array]:
+    """Return what is between pads and targets, in fit_fingertips and direction, each (5, 3)."""
+    pos, normal = _pads_in_palm(hand, q)
+    turn = palm.rotation
+    return palm.pos + turn.apply(pos) - targets.pos, turn.apply(normal) - targets.normal
+
+
+def _pads_in_palm(hand: HandModel, q: Array) -> tuple[Array, Array]:
+    """Return positions [m] and normals of the pads in the palm's frame, each (5, 3)."""
+    hand.set_posture(q)
+    palm = palm_pose(hand)
+    back = palm.rotation.inv()
+    pos, normal = hand.pads()
+    return back.apply(pos - palm.pos), back.apply(normal)

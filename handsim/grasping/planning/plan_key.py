@@ -1,0 +1,221 @@
+"""What a plan was made for: as long as none of it changes, the plan is not made again."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from handsim.digests import content_digest, rounded
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import schedule_for
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.glove import RATE, DataGlove
+from handsim.grasping.rollout.run import NO_SENSORS
+from handsim.grasping.rollout.squeeze import SQUEEZE_DEG
+from handsim.hand.mjcf import PASSING_PAIRS
+from handsim.objects.mjcf import read_mesh
+from handsim.objects.object import Collider, GraspObject, Piece
+from handsim.tasks.rules import MAX_PENETRATION, TRACE_HEIGHT
+from handsim.tasks.task import Task
+from handsim.types import Side
+
+Rows = npt.NDArray[Any]
+
+_OPTIONS = (
+    "timestep", "impratio", "iterations", "ls_iterations", "tolerance", "ls_tolerance",
+    "noslip_iterations", "noslip_tolerance", "ccd_iterations", "ccd_tolerance", "gravity",
+    "density", "viscosity", "enableflags", "disableactuator",
+)  # fmt: skip
+_CHOICES = {
+    "integrator": mujoco.mjtIntegrator,
+    "solver": mujoco.mjtSolver,
+    "cone": mujoco.mjtCone,
+}
+"""Options that are taken by name, since versions may count them otherwise."""
+_CONTACT = ("friction", "condim", "priority", "solref", "solimp", "margin", "gap", "solmix")
+_ACTUATOR = ("gainprm", "biasprm", "dynprm", "gear", "ctrlrange", "forcerange")
+_JOINT = ("type", "axis", "pos", "range", "stiffness", "solref", "solimp", "margin")
+_DOF = ("damping", "armature", "frictionloss", "solref", "solimp")
+# Neither the poses of meshes nor the axes of inertia: those of round things are whatever the last
+# bit makes them.
+_BODY = ("mass", "inertia", "ipos")
+_SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
+
+
+@dataclass(frozen=True)
+class PlanKey:
+    """Digests of all that decides whether a plan fits, apart from the controller.
+
+    They are the same on every machine and under every version of MuJoCo: all numbers are rounded
+    to about six digits (`handsim.digests`), some thousand times coarser than what
+    compilers and libraries make of the last ones, and some thousand times finer than what a grasp
+    would notice: a tenth of a micrometre at the thickness of a finger, a microgram at a pen.
+
+    Attributes
+    ----------
+    task
+        All fields of the task and its rule, for the hand's side, and what counts as held.
+    object
+        Surfaces, collision pieces, masses, inertias and hinges.
+    hand
+        Bodies, shapes, joints and marks of the hand in the scene.
+    schedule
+        Durations of the phases.
+    physics
+        Options of the solver, contacts, actuators, the hold of the forearm, and what is no part of
+        a model: the glove and the squeeze layer.
+    """
+
+    task: str
+    object: str
+    hand: str
+    schedule: str
+    physics: str
+
+    def differs_in(self, other: "PlanKey") -> tuple[str, ...]:
+        """Return the names of the parts that differ."""
+        mine, theirs = asdict(self), asdict(other)
+        return tuple(each.name for each in fields(self) if mine[each.name] != theirs[each.name])
+
+
+def planned_for(conditions: Conditions) -> Conditions:
+    """Return what is planned for: the hand of the conditions, and all else as usual."""
+    return Conditions(
+        hand_length=conditions.hand_length,
+        hand_breadth=conditions.hand_breadth,
+        side=conditions.side,
+    )
+
+
+def key_for(task: Task, conditions: Conditions, scene: Scene | None = None) -> PlanKey:
+    """Return the key of plans for a task and the hand of the conditions.
+
+    Parameters
+    ----------
+    task
+        For a right hand.
+    conditions
+    scene
+        Of the task under these conditions, if it is built already: where nothing is perturbed it
+        is the one that is planned for, and no other needs to be compiled.
+    """
+    seen = replace(conditions, seed=0, nominal=True, shake=0.0)  # what makes no other scene
+    if scene is not None and seen == planned_for(conditions):
+        return key_of(scene)
+    size = (conditions.hand_length, conditions.hand_breadth)
+    return _usual_key(task, task.object, *size, conditions.side)
+
+
+@lru_cache(maxsize=256)
+def _usual_key(
+    task: Task, grasp_object: GraspObject, length: float, breadth: float, side: Side
+) -> PlanKey:
+    """Build the scene that is planned for and return its key."""
+    return key_of(
+        Scene.build(task, Conditions(hand_length=length, hand_breadth=breadth, side=side))
+    )
+
+
+def key_of(scene: Scene) -> PlanKey:
+    """Return the key of plans for what is on a scene, which is to be nominal."""
+    model, task = scene.hand.model, scene.task
+    return PlanKey(
+        task=content_digest(task_content(task), MAX_PENETRATION, TRACE_HEIGHT),
+        object=content_digest(object_content(scene.object), _moved(model, "object")),
+        hand=content_digest(_moved(model, "forearm"), _places(model, "forearm"), PASSING_PAIRS),
+        schedule=content_digest(schedule_for(task)),
+        physics=content_digest(_physics(model), RATE, DataGlove(), SQUEEZE_DEG),
+    )
+
+
+def task_content(task: Task) -> dict[str, Any]:
+    """Return all that a task is by name, but for an object of its own (`object_content`)."""
+    names = (each.name for each in fields(task))
+    return {name: getattr(task, name) for name in names if name != "own_object"}
+
+
+def object_content(grasp_object: GraspObject) -> dict[str, Any]:
+    """Return all of an object that a grasp can feel, with meshes for the names of their files."""
+    links = [(link.hinge, _shapes(link.pieces, link.colliders)) for link in grasp_object.links]
+    return {
+        "symmetry": grasp_object.symmetry,
+        "shapes": _shapes(grasp_object.pieces, grasp_object.colliders),
+        "links": links,
+    }
+
+
+def _shapes(pieces: Iterable[Piece], colliders: Iterable[Collider]) -> list[tuple[Any, ...]]:
+    found: list[tuple[Any, ...]] = []
+    for piece in pieces:
+        mesh = read_mesh(piece.mesh) if isinstance(piece.mesh, str) else piece.mesh
+        found.append((mesh.vertices, mesh.faces, piece.mass))
+    for each in colliders:
+        points = read_mesh(each.mesh).vertices if each.mesh else each.points
+        found.append((each.kind, each.size, each.pos, each.quat, points))
+    return found
+
+
+def _moved(model: mujoco.MjModel, root: str) -> dict[str, Rows]:
+    """Return masses and joints of all that hangs on a body."""
+    bodies = _of(model, root)
+    joints, dofs = bodies[model.jnt_bodyid], bodies[model.dof_bodyid]
+    return {
+        **_rows(model, "body", _BODY, bodies),
+        **_rows(model, "jnt", _JOINT, joints),
+        **_rows(model, "dof", _DOF, dofs),
+    }
+
+
+def _places(model: mujoco.MjModel, root: str) -> dict[str, Rows]:
+    """Return where the parts of a body are, but for where it is itself, and what they are like."""
+    bodies = _of(model, root)
+    inner = bodies.copy()
+    inner[model.body(root).id] = False
+    geoms = bodies[model.geom_bodyid] & ((model.geom_contype | model.geom_conaffinity) != 0)
+    return {
+        **_rows(model, "body", ("pos", "quat"), inner),
+        **_rows(model, "geom", _SHAPE, geoms),
+        **_rows(model, "site", ("pos", "quat"), bodies[model.site_bodyid]),
+    }
+
+
+def _physics(model: mujoco.MjModel) -> dict[str, Any]:
+    """Return how things move, touch and are driven; not how many things there are."""
+    touching = (model.geom_contype | model.geom_conaffinity) != 0
+    contact = _rows(model, "geom", _CONTACT, touching).values()
+    weld = model.equality("forearm_weld")
+    options = {name: getattr(model.opt, name) for name in _OPTIONS}
+    choices = {name: kind(getattr(model.opt, name)).name for name, kind in _CHOICES.items()}
+    return {
+        **options,
+        **choices,
+        "disabled": model.opt.disableflags & ~NO_SENSORS,  # which runs switch off and on
+        "contacts": _kinds(contact),
+        "holds": _kinds((model.eq_solref, model.eq_solimp)),
+        "forearm": (weld.data, weld.solref),
+        **_rows(model, "actuator", _ACTUATOR, np.ones(model.nu, dtype=bool)),
+    }
+
+
+def _of(model: mujoco.MjModel, root: str) -> npt.NDArray[np.bool_]:
+    """Whether bodies hang on the one of that name, or are it."""
+    return np.asarray(model.body_rootid == model.body(root).id)
+
+
+def _rows(
+    model: mujoco.MjModel, kind: str, names: Iterable[str], rows: npt.NDArray[np.bool_]
+) -> dict[str, Rows]:
+    """Return chosen rows of a model's arrays by name; arrays that no version lacks."""
+    return {f"{kind}_{name}": getattr(model, f"{kind}_{name}")[rows] for name in names}
+
+
+def _kinds(columns: Iterable[Rows]) -> Rows:
+    """Return the rows that differ, each once: how many things share one does not count."""
+    table = np.column_stack([np.reshape(column, (len(column), -1)) for column in columns])
+    return np.unique(rounded(table), axis=0)

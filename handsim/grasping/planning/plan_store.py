@@ -1,0 +1,224 @@
+"""Plans on disk: what has been planned once is not planned again."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handsim.errors import FileError
+from handsim.files import read_text, write_text
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import GraspPlan, Pose
+from handsim.grasping.planning.plan_key import PlanKey
+from handsim.joints import N_JOINTS
+from handsim.types import Array
+
+SCHEMA = 2  # 1: postures in degrees, neither destinations in the subspace nor keys; still read
+MAX_VALUE = 1000.0
+"""Bound on every number of a plan, which are metres, radians (before, degrees) and factors."""
+MAX_COMPONENTS = 5
+"""Of a destination in a subspace."""
+
+_Stored = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class StoredPlan:
+    """A plan, what it was made for, and what came of it.
+
+    Attributes
+    ----------
+    plan
+    held
+        Whether its nominal run held.
+    key
+        What it was made for; None where a file of schema 1 does not say.
+    attempts
+        How many searches were made for it, each with seeds of its own.
+    """
+
+    plan: GraspPlan
+    held: bool
+    key: PlanKey | None = None
+    attempts: int = 1
+
+
+@dataclass(frozen=True)
+class PlanStore:
+    """Plans kept in one JSON file, by task, for one controller and one hand.
+
+    Numbers are written so that they come back to the bit.
+
+    Attributes
+    ----------
+    path
+        The file; it appears with the first plan.
+    owner
+        Digest of the controller and the hand, as in `plan_store`; a file that names another owner
+        is refused. Empty takes any.
+    """
+
+    path: Path
+    owner: str = ""
+
+    def entries(self) -> dict[str, StoredPlan]:
+        """Return what is stored by task, also what does not hold or fit any more.
+
+        Raises
+        ------
+        FileError
+            If the file is there and cannot be read, or holds plans of another controller, hand or
+            task.
+        """
+        schema, plans = self._stored()
+        try:
+            return {name: _entry(name, stored, schema) for name, stored in plans.items()}
+        except _UNREADABLE as error:
+            raise self._unreadable(error) from error
+
+    def read(self) -> dict[str, GraspPlan]:
+        """Return the plans by task; otherwise as `entries`."""
+        return {name: each.plan for name, each in self.entries().items()}
+
+    def add(self, task: str, stored: StoredPlan) -> None:
+        """Keep a plan in place of the one that is there; those of other tasks stay.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or is there and cannot be read; it stays as it is.
+        """
+        known = self.entries() | {task: stored}
+        content = {
+            "schema": SCHEMA,
+            "owner": self.owner,
+            "plans": {name: _to_json(name, known[name]) for name in sorted(known)},
+        }
+        try:
+            self.path.parent.mkdir(exist_ok=True)
+            write_text(self.path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+        except OSError as error:
+            raise FileError(f"{self.path}: cannot be written ({error.strerror})") from error
+
+    def _stored(self) -> tuple[int, dict[str, _Stored]]:
+        """Return schema and plans as they are in the file."""
+        if not self.path.is_file():
+            return SCHEMA, {}
+        try:
+            stored = json.loads(read_text(self.path))
+            schema = stored["schema"]
+            if not isinstance(schema, int) or schema < 1:
+                raise ValueError(f"schema {schema!r}")
+            if schema > SCHEMA:
+                raise FileError(
+                    f"{self.path}: plans of schema {schema}, newer than {SCHEMA}; "
+                    "update handsim or delete the file"
+                )
+            plans = dict(stored["plans"])
+            owner = str(stored["owner"]) if schema > 1 else ""
+        except FileError:
+            raise
+        except _UNREADABLE as error:
+            raise self._unreadable(error) from error
+        if owner and self.owner and owner != self.owner:
+            raise FileError(
+                f"{self.path}: holds plans of another controller or hand ({owner!r} instead "
+                f"of '{self.owner}'); put it back where it came from, or delete it"
+            )
+        return schema, plans
+
+    def _unreadable(self, error: Exception) -> FileError:
+        told = str(error) if isinstance(error, ValueError) else repr(error)
+        return FileError(f"{self.path}: not a file of plans ({told}); delete it")
+
+
+_UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
+
+
+def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> PlanStore:
+    """Return the store, in a folder, of a controller's plans for the hand of the conditions.
+
+    The file's name is that of its owner, so that the files of several lie beside each other.
+
+    Parameters
+    ----------
+    folder
+    controller_digest
+        `GraspController.digest`.
+    conditions
+        Only size (to a micrometre) and side of the hand count.
+    """
+    hand = f"{conditions.hand_length:.6f} {conditions.hand_breadth:.6f} {conditions.side}"
+    owner = hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
+    return PlanStore(folder / f"{owner}.json", owner)
+
+
+def _to_json(task: str, stored: StoredPlan) -> _Stored:
+    plan = stored.plan
+    return {
+        "task": task,
+        "key": stored.key and asdict(stored.key),
+        "held": stored.held,
+        "attempts": stored.attempts,
+        "palm_pos_m": plan.palm.pos.tolist(),
+        "palm_quat_wxyz": plan.palm.quat.tolist(),
+        "retreat_m": plan.retreat.tolist(),
+        "q_start_rad": plan.q_start.tolist(),
+        "q_goal_rad": plan.q_goal.tolist(),
+        "z_goal_rad": None if plan.z_goal is None else plan.z_goal.tolist(),
+        "squeeze": plan.squeeze,
+        "arrive": plan.arrive,
+    }
+
+
+def _entry(task: str, stored: _Stored, schema: int) -> StoredPlan:
+    held = stored.get("held", False) if schema == 1 else stored["held"]
+    if not isinstance(held, bool):
+        raise ValueError(f"held of {task!r} is {held!r}")
+    if schema == 1:
+        return StoredPlan(_plan(stored, "deg"), held)
+    if stored["task"] != task:
+        raise ValueError(f"the plan under {task!r} is of {stored['task']!r}")
+    attempts = stored["attempts"]
+    if not isinstance(attempts, int) or attempts < 0:
+        raise ValueError(f"attempts of {task!r} are {attempts!r}")
+    key = stored["key"]
+    return StoredPlan(_plan(stored, "rad"), held, None if key is None else _key(key), attempts)
+
+
+def _key(stored: _Stored) -> PlanKey:
+    return PlanKey(**{each.name: str(stored[each.name]) for each in fields(PlanKey)})
+
+
+def _plan(stored: _Stored, unit: str) -> GraspPlan:
+    squeeze, arrive = _numbers([stored["squeeze"], stored.get("arrive", GraspPlan.arrive)], 2)
+    if not (squeeze >= 0 and 0 < arrive <= 1):
+        raise ValueError(f"squeeze {squeeze:g} or arrival {arrive:g} is out of range")
+    quat = _numbers(stored["palm_quat_wxyz"], 4)
+    if abs(np.linalg.norm(quat) - 1.0) > 1e-6:
+        raise ValueError("the palm's quaternion is not of length 1")
+    q_start, q_goal = (_numbers(stored[f"q_{end}_{unit}"], N_JOINTS) for end in ("start", "goal"))
+    if unit == "deg":
+        q_start, q_goal = np.deg2rad(q_start), np.deg2rad(q_goal)
+    z_goal = stored["z_goal_rad"] if unit == "rad" else None
+    if z_goal is not None:
+        z_goal = _numbers(z_goal, max(1, min(len(z_goal), MAX_COMPONENTS)))
+    return GraspPlan(
+        Pose(_numbers(stored["palm_pos_m"], 3), quat),
+        _numbers(stored["retreat_m"], 3),
+        q_start,
+        q_goal,
+        float(squeeze),
+        float(arrive),
+        z_goal,
+    )
+
+
+def _numbers(stored: Any, n: int) -> Array:
+    values = np.array(stored, dtype=float)
+    if values.shape != (n,) or not (np.abs(values) < MAX_VALUE).all():
+        raise ValueError(f"{n} numbers below {MAX_VALUE:g} are expected")
+    return values

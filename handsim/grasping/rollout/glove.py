@@ -1,0 +1,58 @@
+"""The virtual data glove: what a sensor glove would read of the simulated joints."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handsim.grasping.rollout.record import Rollout
+from handsim.recordings.recording import SYNTHETIC, Recording
+from handsim.tasks.task import Task
+from handsim.types import Array
+
+RATE = 100.0
+"""Readings a second, that of the paper's glove (Sec. VI-A) [Hz]."""
+
+
+@dataclass(frozen=True)
+class DataGlove:
+    """Noise and resolution of the 22 sensors.
+
+    Attributes
+    ----------
+    resolution
+        Step between two readings, 1 deg in the paper's Sec. VI-A [rad].
+    noise
+        Standard deviation added before rounding [rad]; a quarter of a degree makes readings
+        flicker between neighbouring steps as those of real gloves do.
+    """
+
+    resolution: float = float(np.deg2rad(1.0))
+    noise: float = float(np.deg2rad(0.25))
+
+    def read(self, q: Array, generator: np.random.Generator) -> Array:
+        """Return the reading of joint angles ``q`` (..., 22) [rad]."""
+        return self.reading(q, self.disturbance(q.shape, generator))
+
+    def disturbance(self, shape: tuple[int, ...], generator: np.random.Generator) -> Array:
+        """Return noise for readings of that shape [rad]."""
+        return self.noise * generator.standard_normal(shape)
+
+    def reading(self, q: Array, disturbance: Array) -> Array:
+        """Return the reading of joint angles with noise that was drawn before [rad]."""
+        return np.rint((q + disturbance) / self.resolution) * self.resolution
+
+
+def recorded_reach(rollout: Rollout, task: Task) -> Recording:
+    """Return what the glove read during the reach, from rest to touch, as a recording."""
+    reaching = rollout.time <= rollout.phases[1].start + 1e-9
+    return Recording(
+        name=task.name,
+        time=rollout.time[reaching],
+        q=rollout.reading[reaching],
+        number=task.number,
+        subject=SYNTHETIC,
+        object=task.object_name,
+        task=task.name,
+        hand_length=rollout.conditions.hand_length,
+        hand_breadth=rollout.conditions.hand_breadth,
+    )

@@ -1,0 +1,228 @@
+"""One simulated grasp as a record: what was simulated, what happened, how it was judged.
+
+The file holds all that is needed to draw or to judge the grasp again without simulating it: the
+model as XML with its meshes, states, commands, contact loads, versions and the outcome.
+"""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+import platform
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from handsim.content import ByContent
+from handsim.errors import InputError
+from handsim.grasping._stored_model import trusted_xml
+from handsim.grasping.conditions import Conditions
+from handsim.tasks.rules import GraspTraces, Outcome, judge
+from handsim.types import Array
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from handsim.grasping.plan import Schedule
+    from handsim.grasping.rollout.commands import Commands
+    from handsim.grasping.rollout.compiled_scene import Scene
+    from handsim.grasping.rollout.drivers import Driver
+    from handsim.grasping.rollout.glove import DataGlove
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A named stretch of a grasp that starts at ``start`` [s]."""
+
+    name: str
+    start: float
+
+
+class _Text:
+    """A field of text that may be given as a function, which is called when the text is wanted."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = f"_{name}"
+
+    def __get__(self, instance: Any, owner: type | None = None) -> str:
+        if instance is None:
+            raise AttributeError(self._name)  # tells dataclasses that there is no default
+        value: str | Callable[[], str] = getattr(instance, self._name)
+        text = value if isinstance(value, str) else value()
+        self.__set__(instance, text)
+        return text
+
+    def __set__(self, instance: Any, value: str | Callable[[], str]) -> None:
+        object.__setattr__(instance, self._name, value)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rollout(ByContent):
+    """A simulated grasp; equal to another that holds the same, to the bit.
+
+    Attributes
+    ----------
+    task, driver
+        Name of the task, and of what drove the hand.
+    model_xml, assets
+        The model, which may be given as a function that makes the text, and the files it refers
+        to by name.
+    time : (n,) [s]
+    qpos, qvel, ctrl : (n, nq), (n, nv), (n, nu)
+        MuJoCo's arrays in the order of the model.
+    mocap_pos, mocap_quat : (n, 3) [m], (n, 4)
+        Commanded pose of the forearm.
+    reading : (n, 22) [rad]
+        What the data glove read.
+    z : (n, n_components) [rad]
+        Measured posture in the subspace; (n, 0) where the driver has none.
+    contact_force : (n, 6) [N]
+        Sum of normal forces on the object, per part of the hand (`CONTACT_PARTS`).
+    penetration : (n,) [m]
+        Deepest overlap of hand and object.
+    phases
+        In order of time.
+    conditions, outcome
+        What it was made with, and its judgement.
+    """
+
+    task: str
+    driver: str
+    model_xml: _Text = _Text()
+    assets: dict[str, bytes]
+    time: Array
+    qpos: Array
+    qvel: Array
+    ctrl: Array
+    mocap_pos: Array
+    mocap_quat: Array
+    reading: Array
+    z: Array
+    contact_force: Array
+    penetration: Array
+    phases: tuple[Phase, ...]
+    conditions: Conditions
+    outcome: Outcome
+    versions: dict[str, str] = field(default_factory=dict)
+
+    def model(self) -> "mujoco.MjModel":
+        """Compile the stored model.
+
+        Raises
+        ------
+        InputError
+            If it holds what no scene of this package does (see `trusted_xml`), is no model, or
+            not the one that moved.
+        """
+        import mujoco
+
+        try:
+            xml = trusted_xml(self.model_xml, self.assets)
+            model = mujoco.MjModel.from_xml_string(xml, self.assets)
+        except ValueError as error:
+            reason = " ".join(str(error).split())
+            raise InputError(f"rollout of {self.task}: {reason}") from error
+        if (model.nq, model.nv) != (self.qpos.shape[1], self.qvel.shape[1]):
+            raise InputError(
+                f"rollout of {self.task}: {self.qpos.shape[1]} positions and "
+                f"{self.qvel.shape[1]} velocities for a model of {model.nq} and {model.nv}; "
+                "make it again"
+            )
+        return model
+
+    def phase_at(self, time: float) -> str:
+        """Name of the phase at ``time`` [s]."""
+        names = [phase.name for phase in self.phases if phase.start <= time + 1e-9]
+        return names[-1] if names else ""
+
+
+def current_versions() -> dict[str, str]:
+    """Versions and platform that bear on the numbers of a simulation."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {
+        "handsim": version("handsim"),
+        "mujoco": version("mujoco"),
+        "numpy": version("numpy"),
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def record_of(
+    scene: "Scene",
+    commands: "Commands",
+    driver: "Driver",
+    glove: "DataGlove",
+    seen: Mapping[str, Array],
+    *,
+    unstable: bool = False,
+) -> Rollout:
+    """Judge what was seen of a run and make it a record.
+
+    Parameters
+    ----------
+    scene, commands, driver, glove
+        What the run was made with.
+    seen
+        Samples, a row each: ``qpos``, ``qvel``, ``ctrl``, ``mocap_pos``, ``mocap_quat``,
+        ``contact_force``, ``penetration`` and the poses that `Senses` gives.
+    unstable
+        Whether the simulation diverged after the last sample.
+    """
+    schedule = commands.schedule
+    n = len(seen["qpos"])
+    arrays = dict(seen)
+    reading = glove.reading(arrays["qpos"][:, scene.hand.qpos_index], commands.disturbance[:n])
+    arrived = driver.arrived(reading[min(commands.arrival, n - 1)])
+    arrays |= {
+        "time": commands.times[:n],
+        "reading": reading,
+        "z": driver.coordinates(reading),
+    }
+    if unstable:  # files hold numbers only
+        arrays = {name: np.nan_to_num(values) for name, values in arrays.items()}
+    axes = np.stack([arrays.pop(f"object_{axis}") for axis in "xyz"], axis=2)
+    front_pos = arrays.pop("object_origin") + axes @ scene.front
+    joint = scene.task.rule.joint
+    hinge = scene.hand.model.joint(joint).qposadr[0] if joint else None
+    traces = GraspTraces(
+        time=arrays["time"],
+        object_pos=arrays.pop("object_pos"),
+        object_quat=arrays.pop("object_quat"),
+        palm_pos=arrays.pop("palm_pos"),
+        palm_quat=arrays.pop("palm_quat"),
+        touching=(arrays["contact_force"] > 0).sum(axis=1),
+        penetration=arrays["penetration"],
+        action_start=schedule.action_start,
+        symmetry=scene.object.symmetry,
+        front_pos=front_pos,
+        hinge=np.zeros(n) if hinge is None else arrays["qpos"][:, hinge],
+        arrived=arrived,
+        unstable_at=float(arrays["time"][-1]) if unstable else None,
+    )
+    return Rollout(
+        task=scene.task.name,
+        driver=driver.name,
+        model_xml=scene.xml,
+        assets={},
+        phases=_phases(schedule),
+        conditions=scene.conditions,
+        outcome=judge(traces, scene.task),
+        versions=current_versions(),
+        **arrays,
+    )
+
+
+def _phases(schedule: "Schedule") -> tuple[Phase, ...]:
+    return (
+        Phase("reach", 0.0),
+        Phase("squeeze", schedule.squeeze_start),
+        Phase("action", schedule.action_start),
+        Phase("hold", schedule.hold_start),
+    )

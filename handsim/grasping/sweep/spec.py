@@ -1,0 +1,154 @@
+"""What a sweep goes through: tasks, controllers, hands and conditions in all combinations."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+from handsim.errors import InputError
+from handsim.grasping.conditions import LIMITS, Conditions, perturb
+from handsim.hand.population import Sex, preset, sample_sizes
+from handsim.tasks.task import Task
+from handsim.types import Side
+
+DEMONSTRATOR = "demonstrator"
+BUILT_IN = "built-in"
+MAX_RUNS = 1_000_000
+"""Their rows are kept in memory, some 300 bytes each."""
+
+
+@dataclass(frozen=True)
+class SweepHand:
+    """A size of hand by a name for the table; lengths in m."""
+
+    name: str
+    length: float
+    breadth: float
+
+
+def hand_preset(name: str) -> SweepHand:
+    """Return a preset, ``woman-5`` to ``man-95``.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such preset.
+    """
+    return SweepHand(name, *preset(name))
+
+
+def sampled_hands(sex: Sex, count: int, seed: int = 0) -> tuple[SweepHand, ...]:
+    """Draw hands from a population, to a tenth of a millimetre as they would be measured.
+
+    Raises
+    ------
+    UnknownNameError
+        If ``sex`` is neither ``woman`` nor ``man``.
+    InputError
+        If the count is negative.
+    """
+    sizes = sample_sizes(count, sex, seed).round(4).tolist()
+    return tuple(SweepHand(f"{sex}-{seed}-{i}", *size) for i, size in enumerate(sizes, start=1))
+
+
+@dataclass(frozen=True)
+class SweepRun:
+    """One run of a sweep, and its number in the order of all."""
+
+    number: int
+    controller: str
+    hand: SweepHand
+    side: Side
+    task: Task
+    friction: float | None
+    mass_scale: float | None
+    seed: int
+
+    @property
+    def usual(self) -> Conditions:
+        """The hand, and nothing else out of the ordinary: what is planned for."""
+        return Conditions(
+            hand_length=self.hand.length, hand_breadth=self.hand.breadth, side=self.side
+        )
+
+    @property
+    def conditions(self) -> Conditions:
+        """Of the run: seed 0 is nominal, all others are perturbed."""
+        conditions = perturb(self.usual, self.seed) if self.seed else self.usual
+        asked = {"friction": self.friction, "mass_scale": self.mass_scale}
+        return replace(conditions, **{name: v for name, v in asked.items() if v is not None})
+
+
+@dataclass(frozen=True)
+class SweepSpec:
+    """What a sweep goes through, in all combinations.
+
+    Attributes
+    ----------
+    tasks
+    controllers
+        Names: ``built-in``, ``demonstrator``, or what the caller calls its controllers.
+    hands
+    sides
+    frictions
+        Of the hand; None is the usual one in nominal runs and drawn in perturbed ones.
+    mass_scales
+        Factors on the object's mass; None is 1 in nominal runs and drawn in perturbed ones.
+    seeds
+        0 is a nominal run, all others are perturbed.
+
+    Raises
+    ------
+    InputError
+        If one is empty, holds a value twice or one that is not simulated, or the runs are too many.
+    """
+
+    tasks: tuple[Task, ...]
+    controllers: tuple[str, ...] = (BUILT_IN,)
+    hands: tuple[SweepHand, ...] = (hand_preset("man-50"),)
+    sides: tuple[Side, ...] = ("right",)
+    frictions: tuple[float | None, ...] = (None,)
+    mass_scales: tuple[float | None, ...] = (None,)
+    seeds: tuple[int, ...] = (0,)
+
+    def __post_init__(self) -> None:
+        """Check all values."""
+        for name, values in vars(self).items():
+            if not values:
+                raise InputError(f"{name}: none is given; a sweep needs one at least")
+            keys = [getattr(value, "name", value) for value in values]
+            if len(set(keys)) < len(keys):
+                twice = next(key for key in keys if keys.count(key) > 1)
+                raise InputError(f"{name}: {twice} is there twice; no run is made twice")
+        for hand in self.hands:
+            Conditions(hand_length=hand.length, hand_breadth=hand.breadth)
+        for name, values in (
+            ("friction", self.frictions), ("mass_scale", self.mass_scales), ("seed", self.seeds)
+        ):  # fmt: skip
+            _check_range(name, values)
+        if self.n_runs > MAX_RUNS:
+            raise InputError(f"{self.n_runs} runs, more than {MAX_RUNS}; split the sweep")
+
+    @property
+    def n_runs(self) -> int:
+        """Number of all combinations."""
+        n = 1
+        for values in vars(self).values():
+            n *= len(values)
+        return n
+
+    def runs(self) -> Iterator[SweepRun]:
+        """Go through all combinations in their order."""
+        combined = product(
+            self.controllers, self.hands, self.sides, self.tasks, self.frictions,
+            self.mass_scales, self.seeds,
+        )  # fmt: skip
+        for number, values in enumerate(combined):
+            yield SweepRun(number, *values)
+
+
+def _check_range(name: str, values: tuple[Any, ...]) -> None:
+    low, high = LIMITS[name]
+    for value in values:
+        if value is not None and not low <= value <= high:
+            raise InputError(f"{name} of {value:g} is outside {low:g} to {high:g}")

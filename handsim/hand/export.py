@@ -1,0 +1,69 @@
+"""The hand as an MJCF file that plain MuJoCo loads, with named postures as keyframes."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+
+from handsim.disk import naming
+from handsim.files import write_text
+from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
+from handsim.hand.eigengrasps import eigengrasp_postures
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
+from handsim.hand.postures import POSTURES
+from handsim.joints import JOINT_INDEX
+from handsim.types import Array, Side
+
+
+def add_keyframes(spec: mujoco.MjSpec, postures: Mapping[str, Array]) -> None:
+    """Add postures, (22,) [rad] each, as keyframes to a hand that stands alone.
+
+    Their joint positions and the actuators' targets are the posture.
+    """
+    order = [JOINT_INDEX[joint.name] for joint in spec.joints]
+    for name, q in postures.items():
+        spec.add_key(name=name, qpos=q[order], ctrl=q)
+
+
+def write_hand(
+    folder: Path,
+    hand_length: float = HAND_LENGTH,
+    hand_breadth: float = HAND_BREADTH,
+    side: Side = "right",
+) -> Path:
+    """Write ``right_hand.xml`` or ``left_hand.xml``, with `POSTURES` and eigengrasps as keyframes.
+
+    Plain MuJoCo loads it. The folder is made if it is not there.
+
+    Returns
+    -------
+    The file written.
+
+    Raises
+    ------
+    InputError
+        If the size is outside what can be built.
+    FileError
+        If the folder cannot be made or written.
+    """
+    spec = build_hand(hand_length, hand_breadth, side)
+    add_keyframes(spec, {**POSTURES, **eigengrasp_postures(HandModel.from_spec(spec).penetration)})
+    spec.compile()
+    path = Path(folder) / f"{side}_hand.xml"
+    with naming(Path(folder), "made"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, _with_position_actuators(spec.to_xml()))
+    return path
+
+
+def _with_position_actuators(xml: str) -> str:
+    """Write actuators as MuJoCo's shortcut: easier to read, and understood by older versions."""
+    general = re.compile(
+        r'<general (.*?)(?: input="pos")? biastype="affine"'
+        r' gainprm="(\S+)" biasprm="0 -\2 -(\S+)"/>'
+    )
+    return general.sub(r'<position \1 kp="\2" kv="\3"/>', xml)

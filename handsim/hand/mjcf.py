@@ -1,0 +1,195 @@
+"""The hand as a MuJoCo model: 22 hinges, 22 position actuators, ellipsoid segments.
+
+Frame: as in `handsim.hand.anthropometry`; origin of body ``forearm`` and ``palm`` at the wrist
+centre, +x distal, +y to the thumb's side of a right hand, +z dorsal. The left hand is the mirror
+image y -> -y, with joint axes such that the same q gives the mirrored posture.
+"""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from types import MappingProxyType
+
+import mujoco
+import numpy.typing as npt
+
+from handsim.errors import UnknownNameError
+from handsim.hand._parts import (
+    add_actuators,
+    add_bodies,
+    add_ellipsoids,
+    add_fingertips,
+    add_sensors,
+)
+from handsim.hand.anthropometry import DENSITY, HAND_BREADTH, HAND_LENGTH, hand_geometry
+from handsim.physics import CONTACT_SOLREF, set_physics
+from handsim.types import SIDES, Side
+
+FRICTION = (0.8, 0.01, 2e-4)
+"""Sliding [-], torsional and rolling [m] friction of skin; on glass or plastic 0.5 to 1."""
+WELD_SOLREF = (0.005, 1.0)
+"""Time constant [s] and damping ratio of the weld that carries the base."""
+
+JOINT_DAMPING = 0.01
+"""Passive damping [N m s/rad]."""
+ARMATURE = MappingProxyType({"phalanx": 2e-4, "knuckle": 4e-4, "wrist": 2e-3})
+"""Inertia added to each hinge [kg m2] by class of joint; several times that of a fingertip, for
+stability at the gains above with steps of 2 ms."""
+
+PASSING_PAIRS: tuple[tuple[str, str], ...] = (
+    ("forearm", "palm"),
+    ("forearm", "palm_ulnar"),
+    ("forearm", "thumb_metacarpal"),
+    ("palm", "thumb_proximal"),
+    ("palm", "ring_proximal"),
+    ("middle_proximal", "ring_proximal"),
+)
+"""Bodies whose flesh is continuous or folds where they meet, and which therefore do not collide.
+
+Bodies that share a joint never do, except where the forearm is part of the world. The middle and
+ring fingers are closest, and the palm arch turns the one into the other.
+"""
+
+
+def build_hand(
+    hand_length: float = HAND_LENGTH,
+    hand_breadth: float = HAND_BREADTH,
+    side: Side = "right",
+) -> mujoco.MjSpec:
+    """Build the hand alone: its forearm fixed to the world, nq = nv = nu = 22.
+
+    Parameters
+    ----------
+    hand_length, hand_breadth
+        [m]; defaults: a man of median size.
+    side
+        ``right`` or ``left``.
+
+    Raises
+    ------
+    InputError
+        If the size is outside what can be built.
+    UnknownNameError
+        If ``side`` is neither.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = f"{side}_hand"
+    set_physics(spec)
+    mount_hand(spec, hand_length=hand_length, hand_breadth=hand_breadth, side=side)
+    return spec
+
+
+def attach_hand(
+    scene: mujoco.MjSpec,
+    pos: npt.ArrayLike = (0.0, 0.0, 0.0),
+    quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    *,
+    hand_length: float = HAND_LENGTH,
+    hand_breadth: float = HAND_BREADTH,
+    side: Side = "right",
+) -> None:
+    """Add the hand to a scene on a free base that follows the mocap body ``forearm_target``.
+
+    The free joint is called ``forearm``; its 7 coordinates come before the hand's 22 and after
+    those of all bodies that were in the scene before. The options of `set_physics` are set.
+
+    Parameters
+    ----------
+    scene
+        Changed in place; compile it afterwards.
+    pos, quat
+        Pose of the forearm, and of its target, in the world: (3,) [m], (4,) w, x, y, z.
+    hand_length, hand_breadth, side
+        As in `build_hand`.
+    """
+    set_physics(scene)
+    scene.worldbody.add_body(name="forearm_target", pos=pos, quat=quat, mocap=True)
+    size = {"hand_length": hand_length, "hand_breadth": hand_breadth}
+    forearm = mount_hand(scene, "world", pos, quat, side=side, **size)
+    forearm.add_freejoint(name="forearm")
+    scene.add_equality(
+        name="forearm_weld",
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1="forearm_target",
+        name2="forearm",
+        solref=WELD_SOLREF,
+        data=[0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0],  # same place, torque scale 1
+    )
+
+
+def mount_hand(
+    scene: mujoco.MjSpec,
+    body: str = "world",
+    pos: npt.ArrayLike = (0.0, 0.0, 0.0),
+    quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    *,
+    hand_length: float = HAND_LENGTH,
+    hand_breadth: float = HAND_BREADTH,
+    side: Side = "right",
+) -> mujoco.MjsBody:
+    """Add the hand to a scene, its forearm fixed to a body: the world or the end of an arm.
+
+    Parameters
+    ----------
+    scene
+        Changed in place; its options are left alone (`set_physics` sets those that suit).
+    body
+        Name of the body that carries the forearm.
+    pos, quat
+        Pose of the forearm in that body: (3,) [m], (4,) w, x, y, z.
+    hand_length, hand_breadth, side
+        As in `build_hand`.
+
+    Returns
+    -------
+    The forearm, to which joints may be added.
+
+    Raises
+    ------
+    InputError
+        If the size is outside what can be built.
+    UnknownNameError
+        If ``side`` is neither, or the scene has no such body.
+    """
+    if side not in SIDES:
+        raise UnknownNameError("side", side, SIDES)
+    carrier = scene.body(body)
+    if carrier is None:
+        raise UnknownNameError("body", body, tuple(other.name for other in scene.bodies))
+    geometry = hand_geometry(hand_length, hand_breadth)
+    mirror = 1.0 if side == "right" else -1.0
+    _add_defaults(scene)
+    bodies = add_bodies(scene, carrier, geometry, mirror)
+    bodies["forearm"].pos, bodies["forearm"].quat = pos, quat
+    add_ellipsoids(scene, bodies, geometry, mirror)
+    add_fingertips(scene, bodies, geometry)
+    add_actuators(scene, geometry)
+    add_sensors(scene)
+    for first, second in PASSING_PAIRS:
+        scene.add_exclude(name=f"{first}-{second}", bodyname1=first, bodyname2=second)
+    return bodies["forearm"]
+
+
+def _add_defaults(spec: mujoco.MjSpec) -> None:
+    hand = spec.add_default("hand", spec.default)
+    geom = hand.geom
+    geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
+    geom.material = "skin"
+    geom.density = DENSITY
+    geom.priority = 1
+    geom.condim = 4  # an ellipsoid touches in one point: without torsion, things would spin
+    geom.friction = FRICTION
+    geom.solref = CONTACT_SOLREF
+    hand.joint.type = mujoco.mjtJoint.mjJNT_HINGE
+    hand.joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    hand.joint.damping = [JOINT_DAMPING, 0, 0]
+    hand.site.group = 4
+    hand.site.size = [0.002, 0.002, 0.002]
+    for name, armature in ARMATURE.items():
+        spec.add_default(f"hand_{name}", hand).joint.armature = armature
+    looks = spec.add_default("hand_looks", hand)
+    looks.geom.contype = looks.geom.conaffinity = 0
+    looks.geom.density = 0.0
+    spec.add_default("hand_nail", looks).geom.material = "nail"
+    spec.add_material(name="skin", rgba=[0.86, 0.66, 0.55, 1], specular=0.2, shininess=0.2)
+    spec.add_material(name="nail", rgba=[0.95, 0.78, 0.72, 1], specular=0.5, shininess=0.5)

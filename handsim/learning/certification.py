@@ -1,0 +1,90 @@
+"""Certify a controller; where that fails, say what traps it and where."""
+
+from typing import Any
+
+import numpy as np
+
+from handsim.learning.controller import GraspController
+from handsim.navigation.certificate import certify
+from handsim.navigation.critical_points import critical_points, grid
+from handsim.navigation.flow import FlowPath, follow
+from handsim.navigation.function import NavigationFunction
+from handsim.types import Array, Progress
+
+_MAX_LISTED = 100  # minima listed by `certification`, so that its answer stays readable
+
+
+def not_arriving(
+    navigation: NavigationFunction, z_goal: Array, starts: Array
+) -> tuple[Array, list[FlowPath]]:
+    """Return the starts (m, n) whose paths do not arrive, and those paths."""
+    paths = follow(navigation.directions, starts, np.broadcast_to(z_goal, starts.shape))
+    lost = [i for i, path in enumerate(paths) if not path.arrived]
+    return starts[lost], [paths[i] for i in lost]
+
+
+def certification(
+    controller: GraspController,
+    per_dimension: int = 5,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Certify a controller; where that fails, look for what traps it.
+
+    Parameters
+    ----------
+    controller
+    per_dimension
+        Starts along each dimension of the grid.
+    progress
+        Called with the fraction done.
+
+    Returns
+    -------
+    dict
+        ``k``; ``k_min``, the least exponent with which the proof succeeds, None if none;
+        ``certified``; ``reason``; ``supremum``, the proven bound of the descent quantity;
+        ``n_minima`` (the destinations themselves among them)``, n_saddles, n_maxima`` over all
+        destinations; ``other_minima``: name of the destination and place [deg] of the traps found
+        (at most 100); ``starts`` on a grid times destinations, and the ``arrivals`` among them;
+        ``lost_starts`` as ``other_minima``.
+    """
+    navigation = controller.navigation
+    goals = np.array([d.z_goal for d in controller.demonstrations])
+    proof = certify(navigation, goals)
+    starts = grid(navigation, per_dimension)
+    counts = {"minimum": 0, "saddle": 0, "maximum": 0, "degenerate": 0}
+    traps: list[dict[str, Any]] = []
+    lost_starts: list[dict[str, Any]] = []
+    for i, demonstration in enumerate(controller.demonstrations):
+        if progress:
+            progress(i / len(goals))
+        goal = demonstration.z_goal
+        lost, paths = not_arriving(navigation, goal, starts)
+        lost_starts += [_place(demonstration.name, z) for z in lost]
+        counts["minimum"] += 1
+        if proof.certified:  # there is nothing to be found
+            continue
+        ends = np.array([path.points[-1] for path in paths]).reshape(-1, starts.shape[1])
+        for found in critical_points(navigation, goal, np.vstack([starts, ends])):
+            counts[found.kind] += 1
+            if found.kind == "minimum":
+                traps.append(_place(demonstration.name, found.z))
+    n_runs = len(starts) * len(goals)
+    return {
+        "k": navigation.k,
+        "k_min": proof.k_min,
+        "certified": proof.certified,
+        "reason": proof.reason,
+        "supremum": None if proof.supremum is None else proof.supremum.upper,
+        "n_minima": counts["minimum"],
+        "n_saddles": counts["saddle"],
+        "n_maxima": counts["maximum"],
+        "other_minima": traps[:_MAX_LISTED],
+        "starts": n_runs,
+        "arrivals": n_runs - len(lost_starts),
+        "lost_starts": lost_starts[:_MAX_LISTED],
+    }
+
+
+def _place(name: str, z: Array) -> dict[str, Any]:
+    return {"destination": name, "z_deg": [round(float(x), 2) for x in np.rad2deg(z)]}

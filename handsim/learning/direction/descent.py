@@ -1,0 +1,101 @@
+"""The descent condition as a constraint of learning: (z - z_goal) . grad chi < limit.
+
+Held by an augmented Lagrangian on points of the workspace (Nocedal and Wright 2006, ch. 17):
+minimise cost + weight * mean(max(0, excess + shift)^2), then shift <- max(0, excess + shift). Where
+the certificate must hold exactly, points are added at which it does not, and what is left
+at the end is taken away by scaling chi: the condition is linear in it.
+"""
+
+import numpy as np
+
+from handsim.learning.fit.designs import JetDesign
+from handsim.navigation.bspline import TensorBasis, TensorBSpline
+from handsim.navigation.certificate import descent_supremum, violations
+from handsim.reproducible import dot, dots, total
+from handsim.types import Array
+
+LIMIT = 2.0 - 1e-3
+"""What a certified field stays under; the proof needs 2."""
+
+
+class DescentCondition:
+    """Excess of the descent quantity over a limit, at points, for the worst of the destinations.
+
+    Parameters
+    ----------
+    basis
+        Of chi.
+    goals : (m, n) [rad]
+        Destinations; the corners of a box stand for all destinations in it.
+    points : (N, n) [rad]
+        Where the condition is held.
+    limit, weight
+        See the module's formula.
+    """
+
+    def __init__(
+        self, basis: TensorBasis, goals: Array, points: Array, limit: float, weight: float
+    ) -> None:
+        self.basis, self.goals, self.limit = basis, _outermost(goals), limit
+        self.weight = weight / len(points)
+        self.points = points
+        self.shift = np.zeros(len(points))
+        self._lay(points)
+
+    def __call__(self, c: Array) -> tuple[float, Array]:
+        """Return the penalty of coefficients and its gradient."""
+        excess, lever = self._excess(c)
+        active = np.maximum(excess + self.shift, 0.0)
+        value = self.weight * dot(active, active)
+        held = np.flatnonzero(active)  # few: elsewhere there is nothing to differentiate
+        slope = (2.0 * self.weight * active[held])[:, None] * lever[held]
+        return value, self._design.taken(held).pulled_back(None, slope.T)
+
+    def tighten(self, c: Array) -> None:
+        """Shift by what is still in excess, and add points where the certificate would fail."""
+        self.shift = np.maximum(self._excess(c)[0] + self.shift, 0.0)
+        low, high = self.goals.min(axis=0), self.goals.max(axis=0)
+        new = violations(TensorBSpline(self.basis, c), low, high, self.limit)
+        kept = self.shift > 0.0
+        self.shift = np.concatenate([self.shift[kept], np.zeros(len(new))])
+        self._lay(np.vstack([self.points[kept], new]))
+
+    def restored(self, c: Array) -> Array:
+        """Scale coefficients so that the condition holds, by proof, in the whole workspace."""
+        low, high = self.goals.min(axis=0), self.goals.max(axis=0)
+        bound = descent_supremum(TensorBSpline(self.basis, c), low, high).upper
+        return c * min(1.0, LIMIT / bound) if bound > 0.0 else c
+
+    def _lay(self, points: Array) -> None:
+        self.points = points
+        self._design = JetDesign(self.basis, points)
+
+    def _excess(self, c: Array) -> tuple[Array, Array]:
+        """Excess (N,) and z - z_goal (N, n) for the worst destination."""
+        grad = self._design(c)[1]
+        lifts = total(grad[:, None] * self.goals.T[:, :, None])  # z_goal . grad chi, (m, N)
+        lever = self.points - self.goals[np.argmin(lifts, axis=0)]
+        return dots(lever, grad.T) - self.limit, lever
+
+
+def _outermost(goals: Array) -> Array:
+    """Return the corners of the convex hull of points (m, n): a linear function is least there."""
+    n = goals.shape[1]
+    if len(goals) <= 2**n:
+        return goals
+    if n == 1:
+        return goals[[goals.argmin(), goals.argmax()]]
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return goals[ConvexHull(goals).vertices]
+    except QhullError:  # flat, as destinations on one plane are
+        return goals
+
+
+def box_corners(points: Array) -> Array:
+    """Return the corners (2**n, n) of the smallest box around points (m, n)."""
+    bounds = [
+        (float(a), float(b)) for a, b in zip(points.min(axis=0), points.max(axis=0), strict=True)
+    ]
+    return np.stack(np.meshgrid(*bounds, indexing="ij"), axis=-1).reshape(-1, points.shape[1])

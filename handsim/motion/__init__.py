@@ -1,1 +1,0 @@
-"""What people did: recordings of hand postures, their files and their phases."""

@@ -1,0 +1,226 @@
+"""Navigation functions over the subspace, Eq. (2) of the paper, and their obstacles.
+
+phi(z, z_goal) = gamma_d / (gamma_d^k + beta)^(1/k),  u = -grad phi,  gamma_d = |z - z_goal|^2 as in
+the paper, or squared in a metric that depends on the destination (`attraction`).
+
+Two obstacles: `ExponentialObstacle`, beta = beta_0 exp(k chi) with chi a spline, positive in the
+whole workspace and zero on its boundary by construction (Eqs. 4 and 5); and `SplineObstacle`, where
+beta itself is a spline, as in the paper. Both hand out ln beta, because phi spans many decades
+in beta and gamma_d^k.
+
+With ln beta the flow -grad phi points along v = gamma_d grad(ln beta)/k - grad gamma_d.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import exp, inf, log
+
+import numpy as np
+
+from handsim.errors import InputError
+from handsim.navigation.metric import DestinationMetric
+from handsim.navigation.obstacle import _TINY_BETA, LogEvaluator, Obstacle
+from handsim.reproducible import dots, units
+from handsim.types import Array
+
+MAX_K = 1e6
+"""Largest exponent; doubles have no room for the powers of larger ones."""
+_EDGE = 1e-9  # of the workspace: nearer to its boundary than this, rounding decides what is outside
+
+
+def check_exponent(k: float) -> None:
+    """Raise InputError unless k is from 2 to `MAX_K`."""
+    if not 2 <= k <= MAX_K:
+        raise InputError(f"k = {k:g}; give 2 or more, up to {MAX_K:g}")
+
+
+@dataclass(frozen=True)
+class NavigationFunction:
+    """phi of Eq. (2) for an obstacle and an exponent.
+
+    Parameters
+    ----------
+    obstacle
+    k
+        Exponent, at least 2 (the paper: a natural number but 0 and 1).
+    metric
+        Of gamma_d; by default M = I, as in the paper.
+
+    Raises
+    ------
+    InputError
+        If k is less than 2 or more than `MAX_K`.
+    """
+
+    obstacle: Obstacle
+    k: float
+    metric: DestinationMetric | None = None
+
+    def __post_init__(self) -> None:
+        """Check the exponent."""
+        check_exponent(self.k)
+
+    @property
+    def n_dimensions(self) -> int:
+        """Dimension of the subspace."""
+        return len(self.obstacle.lower)
+
+    def check_goal(self, z_goal: Array) -> Array:
+        """Return a destination as an array, if the navigation function can lead there.
+
+        Raises
+        ------
+        InputError
+            If it has the wrong size, lies outside the workspace or where beta is not positive.
+        """
+        goal = np.asarray(z_goal, dtype=float)
+        if goal.shape != (self.n_dimensions,) or not np.isfinite(goal).all():
+            raise InputError(
+                f"destination of shape {goal.shape}; give {self.n_dimensions} finite coordinates"
+            )
+        low, high = self.obstacle.lower, self.obstacle.upper
+        edge = _EDGE * (high - low)
+        outside = np.flatnonzero((goal <= low + edge) | (goal >= high - edge))
+        if outside.size:
+            i = int(outside[0])
+            raise InputError(
+                f"destination {np.rad2deg(goal[i]):.1f} deg in component {i + 1} is outside the "
+                f"workspace of {np.rad2deg(low[i]):.1f} to {np.rad2deg(high[i]):.1f} deg; choose a "
+                "posture nearer to the recorded ones"
+            )
+        if self.obstacle.evaluator(self.k)(goal.tolist())[0] <= log(_TINY_BETA) + 1e-9:
+            raise InputError(
+                "the obstacle function is not positive at the destination; choose a posture "
+                "nearer to the recorded ones"
+            )
+        return goal
+
+    def evaluator(self) -> "FlowEvaluator":
+        """Return what evaluates one point after another without making arrays."""
+        return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, self.metrics)
+
+    def metrics(self, z_goal: Array) -> Array:
+        """Return the metrics M (..., n, n) of gamma_d at destinations (..., n)."""
+        if self.metric is None:
+            return np.broadcast_to(np.eye(self.n_dimensions), (*z_goal.shape, self.n_dimensions))
+        return self.metric.at(z_goal)
+
+    def attraction(self, z: Array, z_goal: Array) -> tuple[Array, Array]:
+        """Return gamma_d (N,) and half its gradient (N, n), for goals (n,) or (N, n)."""
+        away = z - z_goal
+        pull = dots(self.metrics(z_goal), away[..., None, :])
+        return dots(pull, away), pull
+
+    def value_and_gradient(self, z: Array, z_goal: Array) -> tuple[float, Array]:
+        """Return phi and grad phi (n,) [1/rad] at one point (n,)."""
+        gradient = np.empty(len(z))
+        return self.evaluator().value_and_gradient(z, z_goal, gradient), gradient
+
+    def direction(self, z: Array, z_goal: Array) -> Array:
+        """Return the unit vector (n,) of the flow -grad phi at one point; 0 at a critical point.
+
+        Outside the workspace the obstacle of its nearest point is taken.
+        """
+        direction = np.empty(len(z))
+        self.evaluator().direction(z, z_goal, direction)
+        return direction
+
+    def directions(self, z: Array, z_goal: Array) -> Array:
+        """Return unit vectors of the flow (N, n) at points (N, n), goals (n,) or (N, n)."""
+        gamma, pull = self.attraction(z, z_goal)
+        _, grad_ln, _ = self.obstacle.log_jets(z, self.k, 1)
+        return units((gamma / self.k)[:, None] * grad_ln - 2.0 * pull)
+
+    def jets(self, z: Array, z_goal: Array, order: int = 1) -> tuple[Array, Array, Array]:
+        """Return phi (N,), grad phi (N, n) [1/rad] and its Hessians (N, n, n) [1/rad^2].
+
+        Derivatives above ``order`` are left as empty arrays.
+
+        Parameters
+        ----------
+        z : (N, n) [rad]
+        z_goal : (n,) or (N, n) [rad]
+        order : 0, 1 or 2
+        """
+        k = self.k
+        gamma, pull = self.attraction(z, z_goal)
+        ln_beta, grad_ln, hess_ln = self.obstacle.log_jets(z, k, order)
+        with np.errstate(divide="ignore"):
+            ln_gamma = np.log(gamma)
+        ln_sum = np.logaddexp(ln_beta, k * ln_gamma)
+        inverse_root = np.exp(-ln_sum / k)
+        phi = gamma * inverse_root
+        if order == 0:
+            return phi, np.empty((len(z), 0)), np.empty((len(z), 0, 0))
+        share = np.exp(ln_beta - ln_sum)
+        slope = 2.0 * pull - (gamma / k)[:, None] * grad_ln
+        gradient = (inverse_root * share)[:, None] * slope
+        if order == 1:
+            return phi, gradient, np.empty((len(z), 0, 0))
+        # grad phi = D s v with D = (gamma^k + beta)^(-1/k), s = beta / (gamma^k + beta) and
+        # v = grad gamma - gamma grad(ln beta) / k; r = (1 - s) / gamma stays finite at the goal.
+        r = np.exp((k - 1) * ln_gamma - ln_sum)
+        chi_rate = (k * r * gamma - share) / k
+        outer = (-2.0 * (k + 1) * r)[:, None] * pull + chi_rate[:, None] * grad_ln
+        curvature = 2.0 * self.metrics(z_goal) - (gamma / k)[:, None, None] * hess_ln
+        curvature += slope[:, :, None] * outer[:, None, :]
+        curvature -= (2.0 / k) * grad_ln[:, :, None] * pull[:, None, :]
+        return phi, gradient, (inverse_root * share)[:, None, None] * curvature
+
+
+@dataclass
+class FlowEvaluator:
+    """phi, its gradient and its flow at one point after another, for loops that cannot wait.
+
+    Results go into arrays that the caller gives; no others are made. One evaluator serves one
+    thread. A knot cell's first visit takes some 40 microseconds more than later ones.
+
+    Attributes
+    ----------
+    log_jet
+        Obstacle, see `Obstacle.evaluator`.
+    k
+        Exponent.
+    metrics
+        Metric of a destination, see `NavigationFunction.metrics`; that of the latest is kept.
+    """
+
+    log_jet: LogEvaluator
+    k: float
+    metrics: Callable[[Array], Array]
+    _goal: list[float] = field(default_factory=list, repr=False)
+    _metric: list[list[float]] = field(default_factory=list, repr=False)
+
+    def value_and_gradient(self, z: Array, z_goal: Array, gradient: Array) -> float:
+        """Return phi and write grad phi (n,) [1/rad] at one point (n,) into ``gradient``."""
+        k, here = self.k, z.tolist()
+        ln_beta, *grad_ln = self.log_jet(here)
+        gamma, pull = self._attraction(here, z_goal)
+        ln_power = k * log(gamma) if gamma > 0.0 else -inf
+        larger, smaller = (ln_beta, ln_power) if ln_beta > ln_power else (ln_power, ln_beta)
+        ln_sum = larger + log(1.0 + exp(smaller - larger))
+        inverse_root = exp(-ln_sum / k)  # (gamma^k + beta)^(-1/k)
+        scale = inverse_root * exp(ln_beta - ln_sum)  # share: beta / (gamma^k + beta)
+        for i, (a, b) in enumerate(zip(pull, grad_ln, strict=True)):
+            gradient[i] = scale * (2.0 * a - gamma / k * b)
+        return gamma * inverse_root
+
+    def direction(self, z: Array, z_goal: Array, direction: Array) -> None:
+        """Write the unit vector (n,) of the flow at one point into ``direction``."""
+        here = z.tolist()
+        _, *grad_ln = self.log_jet(here)
+        gamma, pull = self._attraction(here, z_goal)
+        rate = gamma / self.k
+        flow = [rate * b - 2.0 * a for a, b in zip(pull, grad_ln, strict=True)]
+        length = sum([x * x for x in flow]) ** 0.5 or 1.0
+        for i, x in enumerate(flow):
+            direction[i] = x / length
+
+    def _attraction(self, here: list[float], z_goal: Array) -> tuple[float, list[float]]:
+        """Return gamma_d and half its gradient."""
+        goal = z_goal.tolist()
+        if goal != self._goal:
+            self._goal, self._metric = goal, self.metrics(z_goal).tolist()
+        away = [a - b for a, b in zip(here, goal, strict=True)]
+        pull = [sum([m * a for m, a in zip(row, away, strict=True)], 0.0) for row in self._metric]
+        return sum([p * a for p, a in zip(pull, away, strict=True)], 0.0), pull

@@ -1,0 +1,121 @@
+"""How a destination attracts: gamma_d = (z - z_goal)' M(z_goal) (z - z_goal).
+
+The paper takes M = I: where nothing obstructs, its flow is straight. People who reach for one thing
+open the fingers before they close them and turn the wrist first for another; one obstacle for all
+destinations cannot tell such movements apart, the metric of the destination can. With M symmetric
+and positive definite gamma_d is zero at the destination alone and grows along every ray from it,
+which is what Koditschek and Rimon (1990) ask of it. And since (z - z_goal) . grad ln gamma_d = 2
+whatever M, the proof of convergence is the same for all M (`certificate`).
+
+ln M is a smooth function of the destination,
+
+    ln M(z_goal) = S_0 + sum_j K(z_goal, z_j) S_j,   K(a, b) = exp(-|a - b|^2 / (2 reach^2)),
+
+with symmetric S: M is then positive definite for all values of S, and far from the destinations it
+was learned at it tends to exp(S_0). (Logarithms make a vector space of the metrics: Arsigny et al.
+2006, Magn. Reson. Med. 56(2):411-421.)
+"""
+
+from dataclasses import dataclass, field
+from math import factorial
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.reproducible import dots, exp, product, total
+from handsim.types import Array
+
+# Coefficients of exp's powers 0 to 15, by fours; at a norm of 1/2 the next term is below 1e-18.
+_TAYLOR = np.array([1.0 / factorial(power) for power in range(16)]).reshape(4, 4)
+_Asked = tuple[tuple[int, ...], bytes]
+
+
+@dataclass(frozen=True)
+class DestinationMetric:
+    """The metric M of every destination.
+
+    Parameters
+    ----------
+    centres : (m, n) [rad]
+        Destinations z_j.
+    logs : (1 + m, n, n)
+        S_0, then the S_j; symmetric.
+    reach : [rad]
+        Distance over which destinations share their metric.
+    """
+
+    centres: Array
+    logs: Array
+    reach: float
+    _latest: list[tuple[_Asked, Array]] = field(default_factory=list, compare=False, repr=False)
+
+    def at(self, z_goal: Array) -> Array:
+        """Return the metrics (..., n, n) of destinations (..., n) [rad].
+
+        The latest answer is kept: paths are followed to the same destinations step after step.
+        """
+        shape = np.shape(z_goal)
+        asked = (shape, np.asarray(z_goal, dtype=float).tobytes())
+        for answered, metrics in self._latest[:1]:
+            if answered == asked:
+                return metrics
+        goals = np.reshape(z_goal, (-1, shape[-1]))
+        shares = gaussian_kernel(goals, self.centres, self.reach)
+        logs = self.logs[0] + total(shares[:, :, None, None] * self.logs[1:], 1)
+        metrics = exponential(logs).reshape(*shape, shape[-1])
+        self._latest[:] = [(asked, metrics)]
+        return metrics
+
+
+def gaussian_kernel(a: Array, b: Array, reach: float) -> Array:
+    """Return K between points a (N, n) and b (m, n), (N, m)."""
+    apart = a[:, None] - b[None]
+    return exp(-0.5 * dots(apart, apart) / (reach * reach))
+
+
+def exponential(logs: Array) -> Array:
+    """Return exp of symmetric matrices (N, n, n), symmetric to the bit."""
+    metrics = _exponential(logs, _halvings(logs))
+    return 0.5 * (metrics + np.swapaxes(metrics, 1, 2))
+
+
+def exponential_slope(logs: Array, directions: Array) -> Array:
+    """Return the derivatives (N, n, n) of `exponential` along symmetric directions (N, n, n).
+
+    The upper right block of exp [[S, D], [0, S]] (Higham 2008, Functions of Matrices, Eq. 3.16).
+    """
+    n = logs.shape[1]
+    blocks = np.zeros((len(logs), 2 * n, 2 * n))
+    blocks[:, :n, :n] = blocks[:, n:, n:] = logs
+    blocks[:, :n, n:] = directions
+    slopes = _exponential(blocks, _halvings(logs))[:, :n, n:]
+    return 0.5 * (slopes + np.swapaxes(slopes, 1, 2))
+
+
+def _halvings(logs: Array) -> npt.NDArray[np.int32]:
+    """How often matrices (N, n, n) are halved until their norm is 1/2 or less."""
+    flat = logs.reshape(len(logs), -1)
+    return np.maximum(np.frexp(np.sqrt(dots(flat, flat)))[1] + 1, 0)
+
+
+def _exponential(matrices: Array, halvings: npt.NDArray[np.int32]) -> Array:
+    """Taylor polynomial of degree 15 of the halved matrices, squared as often as they were halved.
+
+    In blocks of four powers (Paterson and Stockmeyer 1973), in reproducible arithmetic.
+    """
+    x = np.ldexp(matrices, -halvings[:, None, None])
+    square = product(x, x)
+    fourth = product(square, square)
+    powers = np.stack([np.broadcast_to(np.eye(x.shape[1]), x.shape), x, square, product(square, x)])
+    blocks = total(_TAYLOR[:, :, None, None, None] * powers, 1)
+    value = blocks[-1]
+    for block in blocks[-2::-1]:
+        value = product(value, fourth) + block
+    for i in range(int(halvings.max(initial=0))):
+        squared = product(value, value)
+        value = (
+            squared
+            if (halvings > i).all()
+            else np.where((halvings > i)[:, None, None], squared, value)
+        )
+    return value

@@ -1,0 +1,194 @@
+"""Recordings of reach-to-grasp movements, one by one and in sets."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, SupportsIndex, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.content import ByContent
+from handsim.errors import FileError, InputError
+from handsim.joints import JOINT_NAMES, N_JOINTS
+from handsim.types import Array
+
+SYNTHETIC = "synthetic"
+"""What recordings call the person that were made by script and simulation."""
+MIN_FRAMES = 10
+MAX_ANGLE_DEG = 180.0
+
+
+@dataclass(frozen=True, eq=False)
+class Recording(ByContent):
+    """One movement of one hand, from rest to grasp; equal to another that holds the same.
+
+    Attributes
+    ----------
+    name
+        Unique in its set; also the name of its file, without the suffix.
+    time : (n,) [s], increasing
+    q : (n, 22) [rad], glove order; may leave the joint ranges, as angles of real gloves do
+    number
+        Number of the experiment (Table I of the paper for the built-in ones).
+    subject, object, task
+        Who moved, what was grasped, what for.
+    hand_length, hand_breadth
+        Size of the recorded hand [m].
+    """
+
+    name: str
+    time: Array
+    q: Array
+    number: int
+    subject: str
+    object: str
+    task: str
+    hand_length: float
+    hand_breadth: float
+
+    def __post_init__(self) -> None:
+        """Check the values and make the arrays read-only."""
+        time = np.array(self.time, dtype=float)
+        q = np.array(self.q, dtype=float)
+        check_postures(f"recording '{self.name}'", time, q)
+        if not self.name or Path(self.name).name != self.name or self.name.startswith("."):
+            raise InputError(f"'{self.name}' cannot name a file; use letters, digits and hyphens")
+        for label, size in (
+            ("hand_length", self.hand_length),
+            ("hand_breadth", self.hand_breadth),
+        ):
+            if not 0 < size < 1:
+                raise InputError(
+                    f"recording '{self.name}': {label} is {size} m; give metres between 0 and 1"
+                )
+        time.flags.writeable = False
+        q.flags.writeable = False
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "q", q)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last frame [s]."""
+        return float(self.time[-1] - self.time[0])
+
+
+@dataclass(frozen=True)
+class RecordingSet:
+    """Recordings in order, each with a name of its own; equal to another that holds the same.
+
+    Examples
+    --------
+    >>> from handsim import data_folder, read_recordings
+    >>> recordings = read_recordings(data_folder("assets") / "experiments")
+    >>> len(recordings[:3]), recordings[-1].task
+    (3, 'stapler-use')
+    >>> len(recordings[[each.object == "cup" for each in recordings]])
+    4
+    """
+
+    recordings: tuple[Recording, ...]
+
+    def __post_init__(self) -> None:
+        """Check that there are recordings and that each has a name of its own."""
+        object.__setattr__(self, "recordings", tuple(self.recordings))
+        names = [recording.name for recording in self.recordings]
+        if not names:
+            raise InputError("a set of 0 recordings; give at least 1")
+        twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
+        if twice is not None:
+            raise InputError(f"two recordings are named '{twice}'; rename one")
+
+    def __len__(self) -> int:
+        """Return the number of recordings."""
+        return len(self.recordings)
+
+    def __iter__(self) -> Iterator[Recording]:
+        """Iterate over the recordings in order."""
+        return iter(self.recordings)
+
+    @overload
+    def __getitem__(self, index: SupportsIndex) -> Recording: ...
+
+    @overload
+    def __getitem__(self, index: slice | Sequence[int] | npt.NDArray[Any]) -> "RecordingSet": ...
+
+    def __getitem__(
+        self, index: SupportsIndex | slice | Sequence[int] | npt.NDArray[Any]
+    ) -> "Recording | RecordingSet":
+        """Return one recording by its place, from 0, or some of them as a set.
+
+        Parameters
+        ----------
+        index
+            A place, negative from the end; or for a set a slice, places, or one bool for each
+            recording that says whether to take it.
+
+        Raises
+        ------
+        IndexError
+            If there is no such place.
+        InputError
+            If it is nothing that chooses, or none are left to make a set of.
+        """
+        if isinstance(index, slice):
+            return RecordingSet(self.recordings[index])
+        if isinstance(index, SupportsIndex) and not (isinstance(index, np.ndarray) and index.ndim):
+            return self.recordings[index]
+        return RecordingSet(tuple(self.recordings[place] for place in self._places(index)))
+
+    def _places(self, chosen: Any) -> list[int]:
+        """Return places, given as such or by one bool for each recording."""
+        array = np.asarray(chosen)
+        if array.shape == (0,):
+            return []
+        if array.ndim == 1 and array.dtype == bool and len(array) == len(self):
+            return np.flatnonzero(array).tolist()
+        if array.ndim == 1 and np.issubdtype(array.dtype, np.integer):
+            return array.tolist()
+        raise InputError(
+            f"{array.dtype} of shape {array.shape} chooses no recordings; give a slice, whole "
+            f"numbers or {len(self)} bools"
+        )
+
+    def without(self, index: int) -> "RecordingSet":
+        """Return the set with one recording, by its place as in ``[]``, left out."""
+        left_out = range(len(self))[index]
+        return RecordingSet(self.recordings[:left_out] + self.recordings[left_out + 1 :])
+
+
+def check_postures(where: str, time: Array, q: Array) -> None:
+    """Check a sequence of postures, (n,) [s] and (n, 22) [rad].
+
+    Raises
+    ------
+    InputError
+        If it is none; the message begins with ``where`` and names row and column, from 0.
+    """
+    if time.ndim != 1 or q.shape != (len(time), N_JOINTS):
+        raise InputError(
+            f"{where}: time {time.shape} and postures {q.shape}; shapes must be (n,) and (n, 22)"
+        )
+    if not (np.isfinite(time).all() and np.isfinite(q).all()):
+        raise InputError(f"{where}: holds NaN or infinite values; remove those frames")
+    check_frames(where, time, np.rad2deg(q), first_row=0)
+
+
+def check_frames(where: str, time: Array, angles: Array, first_row: int) -> None:
+    """Check what holds for files (row counted from the header) and for arrays alike."""
+    if len(time) < MIN_FRAMES:
+        raise FileError(f"{where}: {len(time)} frames; at least {MIN_FRAMES} are needed")
+    backward = np.flatnonzero(np.diff(time) <= 0)
+    if backward.size:
+        row = int(backward[0]) + 1
+        raise FileError(
+            f"{where}: row {row + first_row}, column time_s: {time[row]:g} s follows "
+            f"{time[row - 1]:g} s; time must increase"
+        )
+    beyond = np.argwhere(np.abs(angles) > MAX_ANGLE_DEG)
+    if beyond.size:
+        row, joint = (int(i) for i in beyond[0])
+        raise FileError(
+            f"{where}: row {row + first_row}, column {JOINT_NAMES[joint]}_deg: "
+            f"{angles[row, joint]:g} deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it"
+        )

@@ -1,1 +1,0 @@
-"""What happens: closed-loop grasps in contact physics, and their judgement."""

@@ -1,0 +1,39 @@
+"""The task of raising an object that is not in the table."""
+
+import numpy as np
+
+from handsim.objects.grasp import Grasp
+from handsim.objects.object import GraspObject
+from handsim.objects.proposals import propose_grasps
+from handsim.tasks.task import PassRule, Step, Task
+
+
+def lift_task(grasp_object: GraspObject, grasp: Grasp | None = None) -> Task:
+    """Return the task of raising an object that is not in the table.
+
+    Parameters
+    ----------
+    grasp_object
+        Such as `handsim.objects.mjcf.object_from_mesh` gives.
+    grasp
+        In the object frame; by default the best that `propose_grasps` finds.
+
+    Returns
+    -------
+    Task
+        With number 0. The object is turned so that the forearm comes as it does for the tasks of
+        the table, 30 deg to the left of straight ahead.
+    """
+    grasp = grasp or propose_grasps(grasp_object)[0].grasp
+    azimuth = np.rad2deg(np.arctan2(grasp.opposition[1], grasp.opposition[0]))
+    return Task(
+        number=0,
+        name=f"{grasp_object.name}-lift",
+        object_name=grasp_object.name,
+        grasp=grasp,
+        action="raise",
+        steps=(Step(0.8, shift=(0.0, 0.0, 0.12)),),
+        rule=PassRule("carry"),
+        yaw_deg=float(30.0 - azimuth),
+        own_object=grasp_object,
+    )

@@ -1,0 +1,1 @@
+"""Movements into frames, frames into video files, GIFs and contact sheets."""

@@ -1,0 +1,209 @@
+"""Text and small plots drawn onto frames.
+
+Only the pixels covered are touched, and each text is rasterised once, so that an overlay costs a
+few per cent of the frame under it.
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from handsim.types import Array, Frame
+
+FORCE_COLOUR = (213, 94, 0)
+PATH_COLOUR = (0, 114, 178)
+"""Vermilion and blue of Okabe and Ito's palette, told apart by the colour-blind."""
+
+
+def draw_text(frame: Frame, lines: Sequence[str], at: tuple[float, float], size: int) -> None:
+    """Write lines onto a frame, dark with a light edge: legible on any background.
+
+    Parameters
+    ----------
+    frame : (height, width, 3)
+        Changed in place.
+    lines
+        One under the other.
+    at
+        Left and top of the first line [pixels].
+    size
+        Height of the letters [pixels].
+    """
+    left, top = round(at[0]), round(at[1])
+    for i, line in enumerate(lines):
+        if line:
+            _blend(frame, _text(line, size), left, top + round(1.3 * size * i))
+
+
+@functools.lru_cache(maxsize=512)
+def _text(line: str, size: int) -> npt.NDArray[np.uint16]:
+    """Rasterise a line as (height, width, 4): colour and opacity, 0 to 255."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    font = ImageFont.load_default(size)
+    edge = max(1, size // 8)
+    _, _, right, bottom = font.getbbox(line, stroke_width=edge)
+    patch = Image.new("RGBA", (int(right) + 2 * edge, int(bottom) + 2 * edge), (255, 255, 255, 0))
+    ImageDraw.Draw(patch).text(
+        (edge, edge), line, (25, 28, 33), font, stroke_width=edge, stroke_fill=(255, 255, 255)
+    )
+    return np.asarray(patch, np.uint16)
+
+
+def _blend(frame: Frame, patch: npt.NDArray[np.uint16], left: int, top: int) -> None:
+    """Lay a patch of colour and opacity over a frame, cut off at its edges."""
+    height, width = frame.shape[:2]
+    x0, y0 = max(left, 0), max(top, 0)
+    x1, y1 = min(left + patch.shape[1], width), min(top + patch.shape[0], height)
+    if x0 >= x1 or y0 >= y1:
+        return
+    over = patch[y0 - top : y1 - top, x0 - left : x1 - left]
+    under = frame[y0:y1, x0:x1]
+    opacity = over[..., 3:]
+    under[:] = (over[..., :3] * opacity + under * (255 - opacity)) // 255
+
+
+@dataclass(frozen=True)
+class Caption:
+    """Lines at the upper left: fixed ones, and the time.
+
+    Attributes
+    ----------
+    lines
+        Written above the time.
+    phases
+        Start [s] and name of stretches of time, in order; the present one is written by the time.
+    """
+
+    lines: tuple[str, ...] = ()
+    phases: tuple[tuple[float, str], ...] = ()
+
+    def draw(self, frame: Frame, time: float) -> None:
+        """Write onto a frame as of ``time`` [s]."""
+        size = max(11, frame.shape[0] // 26)
+        names = [name for start, name in self.phases if start <= time + 1e-9]
+        clock = f"{time:.2f} s" + (f"  {names[-1]}" if names else "")
+        draw_text(frame, [*self.lines, clock], (0.5 * size, 0.4 * size), size)
+
+
+@dataclass(frozen=True)
+class ForceBars:
+    """Contact forces as bars at the lower left, each with its number.
+
+    Attributes
+    ----------
+    time : (n,) [s]
+        Since the clip's start.
+    force : (n, k) [N]
+    labels
+        k names.
+    """
+
+    time: Array
+    force: Array
+    labels: tuple[str, ...]
+
+    def draw(self, frame: Frame, time: float) -> None:
+        """Draw onto a frame as of ``time`` [s]; full length is the largest force of the clip."""
+        size = max(10, frame.shape[0] // 34)
+        pitch = round(1.35 * size)
+        now = self.force[_sample(self.time, time)]
+        full = max(float(self.force.max(initial=0.0)), 1e-9)
+        left = round(4.2 * size)
+        top = frame.shape[0] - pitch * len(self.labels) - size // 2
+        for i, (label, newton) in enumerate(zip(self.labels, now, strict=True)):
+            y = top + i * pitch
+            draw_text(frame, [label], (0.5 * size, y), size)
+            length = round(frame.shape[1] / 6 * float(newton) / full)
+            frame[y + size // 4 : y + size, left : left + length] = FORCE_COLOUR
+            if newton > 0.05:
+                draw_text(frame, [f"{newton:.1f} N"], (left + length + size // 3, y), size)
+
+
+class SubspaceInset:
+    """The way through the first two subspace coordinates, at the lower right.
+
+    Parameters
+    ----------
+    time : (n,) [s]
+        Since the clip's start.
+    z : (n, n_components >= 2) [rad]
+        Where the movement is.
+    reference : (m, n_components) [rad], optional
+        Another path to compare with, as the recorded one; drawn in grey.
+    """
+
+    def __init__(self, time: Array, z: Array, reference: Array | None = None) -> None:
+        self.time, self.z = time, np.rad2deg(z[:, :2])
+        self.reference = None if reference is None else np.rad2deg(reference[:, :2])
+        shown = self.z if self.reference is None else np.vstack([self.z, self.reference])
+        self._centre = (shown.max(axis=0) + shown.min(axis=0)) / 2
+        self._half = (
+            max(float(np.ptp(shown, axis=0).max()) / 2, 1.0) * 1.45
+        )  # a margin for the texts
+        self._base: Frame | None = None
+
+    def draw(self, frame: Frame, time: float) -> None:
+        """Draw onto a frame as of ``time`` [s]: the way so far, and where it is now."""
+        from PIL import Image, ImageDraw
+
+        side = round(0.3 * min(frame.shape[:2]))
+        if self._base is None or len(self._base) != side:
+            self._base = self._background(side)
+        image = Image.fromarray(self._base)
+        pen = ImageDraw.Draw(image)
+        way = self._pixels(self.z[: _sample(self.time, time) + 1], side)
+        if len(way) > 1:
+            pen.line(way, fill=PATH_COLOUR, width=max(2, side // 60), joint="curve")
+        radius = max(3, side // 28)
+        pen.ellipse(_square(way[-1], radius), fill=PATH_COLOUR, outline=(255, 255, 255))
+        margin = side // 16
+        frame[-side - margin : -margin, -side - margin : -margin] = np.asarray(image)
+
+    def _pixels(self, points: Array, side: int) -> list[tuple[float, float]]:
+        scaled = (points - self._centre) / self._half * [1, -1]
+        return [(float(x), float(y)) for x, y in (scaled + 1) / 2 * (side - 1)]
+
+    def _length(self, degrees: float, side: int) -> int:
+        return round(degrees / self._half / 2 * (side - 1))
+
+    def _background(self, side: int) -> Frame:
+        """Frame, axes, the path to compare with, start (square) and destination (circle)."""
+        from PIL import Image, ImageDraw
+
+        image = Image.new("RGB", (side, side), (250, 250, 250))
+        pen = ImageDraw.Draw(image)
+        pen.rectangle((0, 0, side - 1, side - 1), outline=(120, 125, 132))
+        radius, width = max(3, side // 28), max(1, side // 90)
+        if self.reference is not None:
+            pen.line(self._pixels(self.reference, side), fill=(150, 155, 162), width=width + 1)
+        start, end = self._pixels(self.z[[0, -1]], side)
+        pen.rectangle(_square(start, radius), outline=(90, 95, 102), width=width)
+        pen.ellipse(_square(end, radius), outline=(90, 95, 102), width=width)
+        base = np.array(image)
+        size = max(9, side // 11)
+        bar = _round_length(0.6 * self._half)
+        base[-size // 2 - width : -size // 2, size // 2 : size // 2 + self._length(bar, side)] = 60
+        draw_text(base, [f"{bar:g} deg"], (size // 2, side - 2.1 * size), size)
+        draw_text(base, ["PC 2"], (size // 3, size // 4), size)
+        draw_text(base, ["PC 1"], (side - 2.7 * size, side - 1.6 * size), size)
+        return base
+
+
+def _round_length(most: float) -> float:
+    """Largest of 1, 2, 5, 10, 20, ... that is not above ``most``."""
+    power = 10.0 ** np.floor(np.log10(most))
+    return power * max(factor for factor in (1, 2, 5) if factor * power <= most * (1 + 1e-9))
+
+
+def _square(centre: tuple[float, float], radius: float) -> tuple[float, float, float, float]:
+    x, y = centre
+    return x - radius, y - radius, x + radius, y + radius
+
+
+def _sample(times: Array, time: float) -> int:
+    """Index of the last of ``times`` that is not after ``time``."""
+    return max(int(np.searchsorted(times, time + 1e-9, side="right")) - 1, 0)

@@ -1,0 +1,1 @@
+"""The choice of an OpenGL backend that renders on this machine, with or without a display."""

@@ -1,0 +1,140 @@
+"""What the planner does with what its search finds; the search itself costs minutes."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from handsim.files import data_folder
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning import planner
+from handsim.learning.controller import GraspController
+from handsim.tasks.table_one import task_by_name
+
+TASK = task_by_name("cube-raise")
+
+
+@pytest.fixture(scope="module")
+def controller():
+    return GraspController.load(data_folder("assets") / "controller.npz")
+
+
+@pytest.fixture(scope="module")
+def search(controller):
+    return planner._Search(controller, TASK, Conditions())
+
+
+@pytest.fixture(scope="module")
+def starts(search):
+    return search.starts()  # which takes seconds
+
+
+def test_starts_are_of_both_kinds_and_lie_apart(controller, search, starts):
+    plans = starts
+    coordinates = {plan.q_goal.tobytes(): plan.q_goal for plan in plans}.values()
+    assert len(plans) == len(planner.ARRIVALS) * len(coordinates)
+    assert len(coordinates) > planner.N_PLACEMENTS
+    assert {plan.arrive for plan in plans} == set(planner.ARRIVALS)
+    for plan in plans:
+        z = controller.subspace.transform(plan.q_goal)
+        assert (z >= search.box[0] - 0.2).all() and (z <= search.box[1] + 0.2).all()
+
+
+@pytest.mark.parametrize("holds_longer", [True, False])
+def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatch, holds_longer):
+    searched, judged = [], iter([holds_longer, True])
+
+    class Search:
+        def __init__(self, controller, task, conditions):
+            self.hold = task.rule.hold
+
+        def starts(self):
+            return ["first", "second"]
+
+        def cost(self, plan):
+            return {"first": -0.1, "second": -0.3}[plan]
+
+        def from_start(self, start, generations, seed):
+            searched.append((self.hold, start))
+            return -0.5, f"better than {start}"
+
+    def run_plan(controller, scene, plan):
+        return SimpleNamespace(plan=plan, outcome=SimpleNamespace(success=next(judged)))
+
+    monkeypatch.setattr(planner, "_Search", Search)
+    monkeypatch.setattr(planner, "run_plan", run_plan)
+    plan, run = planner.plan_grasp(controller, TASK, Conditions())
+    assert run.outcome.success
+    assert run.plan == plan
+    short, whole = min(TASK.rule.hold, 1.0), TASK.rule.hold
+    assert searched[0] == (short, "second")
+    assert searched[1:] == ([] if holds_longer else [(whole, "better than second")])
+
+
+def test_a_destination_outside_costs_more_than_any_failure(search):
+    plan = replace(search.scripted, q_goal=np.full(22, 3.0))
+    assert search.cost(plan) == pytest.approx(planner.NO_WAY + planner.WORST)
+
+
+def test_a_destination_beyond_a_joint_range_stays_the_destination(
+    controller, search, starts, monkeypatch
+):
+    """Its posture is cut off at the range, and would project to a point elsewhere."""
+    monkeypatch.setattr(planner, "clip_to_range", lambda q: np.minimum(q, 0.5))
+    plan, steps = starts[0], planner.STEPS["z"]
+    z = plan.z_goal
+    for point in np.random.default_rng(0).normal(size=(5, search.size)):
+        z = np.clip(z + steps * point[: len(z)], *search.box)
+        plan = search.varied(plan, point)
+        assert plan.z_goal.tobytes() == z.tobytes()
+        lifted = controller.subspace.inverse_transform(z)
+        np.testing.assert_array_equal(plan.q_goal, np.minimum(lifted, 0.5))
+        assert np.abs(controller.subspace.transform(plan.q_goal) - z).max() > np.deg2rad(0.5)
+
+
+def test_the_search_tries_and_runs_what_the_plan_says(controller, starts, monkeypatch):
+    """A hint leads to the projection of its posture; what is found was tried, to the bit."""
+    hint = replace(starts[0], z_goal=None)
+    tried, run = [], []
+    monkeypatch.setattr(planner._Search, "starts", lambda self: [])
+    monkeypatch.setattr(planner._Search, "cost", lambda self, plan: tried.append(plan) or -0.1)
+
+    def run_plan(controller, scene, plan):
+        run.append(plan)
+        return SimpleNamespace(outcome=SimpleNamespace(success=True))
+
+    monkeypatch.setattr(planner, "run_plan", run_plan)
+    plan, _ = planner.plan_grasp(controller, TASK, Conditions(), hint, generations=1, seed=3)
+    wanted = controller.subspace.transform(hint.q_goal)
+    np.testing.assert_array_equal(tried[0].z_goal, wanted)
+    assert plan is run[0]
+    assert plan.z_goal is not None
+    assert any(plan.z_goal.tobytes() == each.z_goal.tobytes() for each in tried)
+
+
+def test_seeds_of_one_planning_do_not_reach_those_of_the_next(controller, monkeypatch):
+    seeds, held = [], iter([False, False])
+
+    class Search:
+        def __init__(self, controller, task, conditions):
+            pass
+
+        def starts(self):
+            return [1.0, 2.0, 3.0]
+
+        def cost(self, plan):
+            return plan
+
+        def from_start(self, start, generations, seed):
+            seeds.append(seed)
+            return planner.NOMINAL_FAILS + (start - 2.9), start
+
+    def run_plan(controller, scene, plan):
+        return SimpleNamespace(outcome=SimpleNamespace(success=next(held)))
+
+    monkeypatch.setattr(planner, "_Search", Search)
+    monkeypatch.setattr(planner, "run_plan", run_plan)
+    planner.plan_grasp(controller, TASK, Conditions(), seed=planner.SEEDS)
+    assert seeds
+    assert planner.SEEDS <= min(seeds) <= max(seeds) < 2 * planner.SEEDS

@@ -1,0 +1,219 @@
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.search import (
+    WORST,
+    cost_of,
+    mean_cost,
+    minimise,
+    shortened,
+    tried_conditions,
+)
+from handsim.grasping.rollout.record import Phase
+from handsim.tasks.rules import Outcome
+from handsim.tasks.table_one import task_by_name
+from handsim.tasks.task import Task
+
+
+def counted(values):
+    made = []
+    return made, [lambda v=v: made.append(v) or v for v in values]
+
+
+def test_the_mean_of_all_tries_counts_when_the_nominal_one_holds():
+    made, tries = counted([-0.5, -0.3, 2.0])
+    assert mean_cost(tries) == pytest.approx(0.4)
+    assert len(made) == 3
+
+
+def test_nothing_more_is_tried_where_the_nominal_try_fails():
+    made, tries = counted([1.5, -0.3, -0.3])
+    assert mean_cost(tries) == pytest.approx(1.5 + WORST)
+    assert made == [1.5]
+
+
+def test_after_three_failures_the_rest_is_taken_to_fail():
+    made, tries = counted([-0.5, 2.0, 3.0, 4.0, -0.5, -0.5])
+    assert mean_cost(tries) == pytest.approx((-0.5 + 2 + 3 + 4 + 3 + 3) / 6)
+    assert len(made) == 4
+
+
+def test_the_search_finds_the_bottom_of_a_bowl_and_repeats():
+    bowl = lambda x: float(((x - [1.0, -2.0]) ** 2).sum())  # noqa: E731
+    cost, point = minimise(bowl, np.zeros(2), generations=40, enough=1e-4)
+    assert cost < 1e-2
+    np.testing.assert_allclose(point, [1.0, -2.0], atol=0.1)
+    again = minimise(bowl, np.zeros(2), generations=40, enough=1e-4)
+    np.testing.assert_array_equal(again[1], point)
+
+
+def test_the_search_never_ends_worse_than_it_began():
+    cost, point = minimise(lambda x: float(x @ x), np.zeros(2), generations=3, enough=-1.0)
+    assert cost == 0.0
+    assert not point.any()
+
+
+def test_a_search_shortens_the_hold_and_nothing_else():
+    task = task_by_name("cube-raise")
+    quick = shortened(task)
+    assert quick.rule.hold == 1.0
+    assert quick.rule.slip == task.rule.slip
+    assert shortened(task_by_name("mouse-slide")).rule.hold == 0.0
+    assert shortened(replace(task, rule=replace(task.rule, hold=0.5))).rule.hold == 0.5
+
+
+MOVE, SLIDE, CLICK = (
+    task_by_name(name) for name in ("jar-move", "mouse-slide", "mouse-left-click")
+)
+LIMITS = (MOVE.rule.lift, MOVE.rule.hold, MOVE.rule.slip, MOVE.rule.tilt_deg)
+HELD = Outcome(True, None, 0.12, 0.005, 3.0, 3.1, 4, 0.0005, done=1.0)
+LOST = Outcome(False, "slipped", 0.0, 0.0, 0.0, 0.0, 0, 0.0, done=0.0)
+
+
+def cost(task: Task = MOVE, start: Outcome = LOST, touch=(), **values) -> float:
+    """Cost of a run of 3 s that squeezes from 1 s on; from 2 s on parts ``touch`` with a force."""
+    time = np.arange(0.0, 3.005, 0.01)
+    force = np.zeros((len(time), 6))
+    force[time > 2.0, : len(touch)] = touch
+    phases = (Phase("reach", 0.0), Phase("squeeze", 1.0), Phase("action", 1.5), Phase("hold", 2.5))
+    run = SimpleNamespace(
+        outcome=replace(start, **values), time=time, contact_force=force, phases=phases
+    )
+    return cost_of(run, task)
+
+
+def test_the_limits_that_costs_are_measured_by():
+    assert LIMITS == (0.1, 3.0, 0.02, 30.0)
+
+
+def test_a_success_is_worth_what_is_left_of_the_narrower_limit():
+    assert cost(start=HELD) == pytest.approx(0.005 / 0.02 - 1)
+    assert cost(start=HELD, peak_slip_m=0.001, peak_tilt_deg=15.0) == pytest.approx(-0.5)
+    assert cost(start=HELD, peak_slip_m=0.0, peak_tilt_deg=0.0) == -1.0
+    assert -1 <= cost(start=HELD) < 0
+
+
+def test_a_failure_of_everything_costs_the_most():
+    assert cost() == pytest.approx(1 + 1 + 0.5 + 1 + 0.5)
+    assert cost(peak_slip_m=1.0, peak_tilt_deg=300.0) == pytest.approx(WORST) == 5.0
+
+
+@pytest.mark.parametrize(
+    ("values", "saved"),
+    [
+        ({"hold_s": 1.5}, 0.5),
+        ({"hold_s": 9.0}, 1.0),
+        ({"lift_m": 0.05}, 0.25),
+        ({"lift_m": 0.9}, 0.5),
+        ({"done": 0.6}, 0.6),
+        ({"peak_slip_m": 0.01}, -0.05),
+        ({"peak_tilt_deg": 60.0}, -0.2),
+        # A tenth of a sixth of half the time since the squeeze began.
+        ({"touch": (3.0,)}, 0.5 * 0.5 / 6),
+        ({"touch": (3.0, 0.1, 0.1)}, 0.5 * 0.5 / 2),
+    ],
+)
+def test_a_failure_costs_less_the_nearer_it_came(values, saved):
+    assert cost() - cost(**values) == pytest.approx(saved)
+
+
+def test_the_best_failure_costs_more_than_any_success():
+    touch = (1.0,) * 6
+    nearly = cost(lift_m=0.12, hold_s=3.2, done=1.0, touch=touch)
+    assert nearly == pytest.approx(1 + 0.25)  # for the half of the time in which nothing touched
+    assert nearly > cost(start=HELD)
+
+
+def test_nothing_is_saved_by_what_a_rule_does_not_ask_for():
+    """Sliding asks for no hold and no lift: neither is there to be come near to."""
+    for task in (SLIDE, CLICK):
+        assert cost(task) == pytest.approx(4.0)
+        assert cost(task, hold_s=3.0, lift_m=0.2) == pytest.approx(4.0)
+
+
+def test_grip_counts_after_the_squeeze_began():
+    time = np.arange(0.0, 3.005, 0.01)
+    force = np.where(time <= 1.0, 1.0, 0.0)[:, None] * np.ones(6)
+    phases = (Phase("reach", 0.0), Phase("squeeze", 1.0), Phase("action", 1.5))
+    run = SimpleNamespace(outcome=LOST, time=time, contact_force=force, phases=phases)
+    assert cost_of(run, MOVE) == pytest.approx(4.0)
+    run.contact_force = 1.0 - force
+    assert cost_of(run, MOVE) == pytest.approx(3.5)
+
+
+def test_a_search_tries_as_it_is_and_perturbed():
+    nominal = Conditions(seed=3, hand_length=0.18)
+    tried = tried_conditions(nominal, 2)
+    assert tried[0] is nominal
+    assert [each.nominal for each in tried] == [True, False, False]
+    # Trials are given the seeds that follow the nominal one's; none of them may be practised.
+    assert [each.seed for each in tried[1:]] == [1000, 1001]
+    assert len({each.friction for each in tried}) == 3
+    assert {each.hand_length for each in tried} == {0.18}
+    assert tried_conditions(nominal, 0) == [nominal]
+
+
+def test_a_nominal_failure_is_worse_than_failures_of_all_perturbed_tries():
+    _, tries = counted([-0.1, 5.0, 5.0, 5.0, 5.0])
+    assert mean_cost(tries) < 1.0 + WORST
+
+
+def test_a_cost_of_one_is_a_failure():
+    made, tries = counted([1.0, -0.5])
+    assert mean_cost(tries) == 1.0 + WORST
+    assert made == [1.0]
+    made, tries = counted([-0.5, 1.0, 1.0, 1.0, -0.5])
+    assert mean_cost(tries) == pytest.approx(3.5 / 5)
+    assert len(made) == 4
+
+
+def test_two_failures_end_nothing():
+    made, tries = counted([-0.5, 2.0, -0.5, 3.0, -0.5])
+    assert mean_cost(tries) == pytest.approx(3.5 / 5)
+    assert len(made) == 5
+
+
+def evaluated(cost, **options):
+    """What is evaluated in a search, in order, and its result."""
+    points = []
+    result = minimise(lambda x: points.append(np.array(x)) or cost(x), np.zeros(3), **options)
+    return points, result
+
+
+def bumpy(x) -> float:
+    return float(((x - 0.7) ** 2).sum() + 0.3 * np.cos(9 * x).sum())
+
+
+def test_a_search_returns_the_least_it_met_and_where():
+    points, (least, where) = evaluated(bumpy, generations=4)
+    assert len(points) == 1 + 4 * 8
+    costs = [bumpy(x) for x in points]
+    assert least == min(costs) < costs[0]
+    np.testing.assert_array_equal(where, points[int(np.argmin(costs))])
+    assert bumpy(where) == least
+
+
+def test_a_search_follows_its_seed():
+    first, second, other = (
+        evaluated(bumpy, generations=1, seed=seed, population=6)[0] for seed in (0, 0, 1)
+    )
+    assert len(first) == 7
+    np.testing.assert_array_equal(first, second)
+    assert (np.array(first[1:]) != np.array(other[1:])).any()
+
+
+def test_a_search_ends_when_what_it_met_is_good_enough():
+    """By itself at -0.4, with room left in every limit: a grasp that just holds is not enough."""
+    assert len(evaluated(lambda x: -0.41, generations=3)[0]) == 1
+    assert len(evaluated(lambda x: -0.39, generations=3)[0]) > 1
+    assert len(evaluated(lambda x: -0.39, generations=3, enough=-0.3)[0]) == 1
+
+
+def test_of_equals_the_first_met_is_kept():
+    points, (_, where) = evaluated(lambda x: 1.0, generations=1)
+    assert len(points) == 9
+    assert not where.any()

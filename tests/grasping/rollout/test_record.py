@@ -1,0 +1,161 @@
+"""What of a run reaches the judge."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import Schedule
+from handsim.grasping.rollout import record as seen
+from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.record import record_of
+from handsim.tasks.rules import Outcome
+from handsim.tasks.table_one import task_by_name
+
+N = 8
+SCHEDULE = Schedule(steps=(0.02,), hold=0.01, reach=0.02, squeeze=0.02)
+OUTCOME = Outcome(True, None, 0.1, 0.0, 0.0, 3.0, 4, 0.0, 1.0)
+TIMES = np.arange(12) / 100
+
+
+class Driver:
+    name = "made-up"
+
+    def __init__(self):
+        self.asked = []
+
+    def coordinates(self, reading):
+        return reading[:, :1]
+
+    def arrived(self, reading):
+        self.asked.append(reading)
+        return "arrived"
+
+
+def scene(task, hinges=()):
+    joints = {name: SimpleNamespace(qposadr=np.array([index])) for name, index in hinges}
+    hand = SimpleNamespace(
+        qpos_index=np.arange(22), model=SimpleNamespace(joint=joints.__getitem__)
+    )
+    return SimpleNamespace(
+        task=task,
+        hand=hand,
+        front=np.array([0.1, 0.0, 0.02]),
+        object=task.object,
+        xml="<mujoco/>",
+        conditions=Conditions(seed=4),
+    )
+
+
+def samples(**changed):
+    """Eight samples in which everything differs from sample to sample."""
+    row = np.arange(N, dtype=float)
+    quat = np.tile([0.5, 0.5, 0.5, 0.5], (N, 1))
+    axes = np.tile([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]], (N, 1, 1))  # x, y and z of the object
+    made = {
+        "qpos": np.outer(row, np.arange(24)) * 1e-3,
+        "qvel": np.ones((N, 23)),
+        "ctrl": np.ones((N, 22)),
+        "mocap_pos": np.ones((N, 3)),
+        "mocap_quat": quat.copy(),
+        "contact_force": np.outer(row > 2, [1.0, 0.5, 0.0, 0.0, 0.0, 1e-9]),
+        "penetration": row * 1e-4,
+        "object_pos": np.outer(row, [1.0, 2.0, 3.0]),
+        "object_quat": quat.copy(),
+        "object_origin": np.outer(row, [1.0, 0.0, 0.0]),
+        "object_x": axes[:, 0],
+        "object_y": axes[:, 1],
+        "object_z": axes[:, 2],
+        "palm_pos": np.outer(row, [4.0, 5.0, 6.0]),
+        "palm_quat": -quat,
+    }
+    return made | changed
+
+
+@pytest.fixture
+def look(monkeypatch):
+    """What the judge is given, the record and the driver."""
+
+    def look(task="pen-write", hinges=(), arrival=3, unstable=False, disturbance=0.0, **changed):
+        given = []
+        monkeypatch.setattr(seen, "judge", lambda *args: given.append(args) or OUTCOME)
+        commands = SimpleNamespace(
+            schedule=SCHEDULE,
+            times=TIMES,
+            arrival=arrival,
+            disturbance=np.full((12, 22), disturbance),
+        )
+        driver, place = Driver(), scene(task_by_name(task), hinges)
+        made = samples(**changed)
+        record = record_of(place, commands, driver, DataGlove(), made, unstable=unstable)
+        ((traces, judged_task),) = given
+        assert judged_task is place.task
+        return traces, record, driver
+
+    return look
+
+
+def test_the_judge_sees_object_and_palm_as_they_were(look):
+    traces, record, _ = look()
+    made = samples()
+    for name in ("object_pos", "object_quat", "palm_pos", "palm_quat", "penetration"):
+        np.testing.assert_array_equal(getattr(traces, name), made[name])
+    np.testing.assert_array_equal(traces.time, TIMES[:N])
+    assert traces.action_start == pytest.approx(0.04)
+    assert traces.unstable_at is None
+    assert record.outcome is OUTCOME
+    np.testing.assert_array_equal(record.penetration, made["penetration"])
+
+
+def test_every_part_that_presses_touches(look):
+    traces, _, _ = look()
+    assert traces.touching.tolist() == [0, 0, 0, 3, 3, 3, 3, 3]
+
+
+def test_the_front_end_is_that_of_the_object(look):
+    """The object's x points along the world's y, its z along the world's x."""
+    traces, _, _ = look()
+    expected = np.outer(np.arange(N), [1.0, 0.0, 0.0]) + [0.02, 0.1, 0.0]
+    np.testing.assert_allclose(traces.front_pos, expected)
+
+
+def test_symmetry_is_that_of_the_object(look):
+    assert look("pen-write")[0].symmetry == "x"
+    assert look("tall-glass-drink")[0].symmetry == "z"
+    assert look("cube-raise")[0].symmetry is None
+
+
+def test_the_hinge_is_that_of_the_rule(look):
+    hinges = (("left_button", 22), ("right_button", 23))
+    traces, _, _ = look("mouse-right-click", hinges)
+    np.testing.assert_allclose(traces.hinge, np.arange(N) * 23e-3)
+    assert not look("cube-raise")[0].hinge.any()
+
+
+def test_the_driver_is_asked_at_the_end_of_the_reach_by_what_the_glove_read(look):
+    traces, record, driver = look(arrival=3, disturbance=np.deg2rad(2.0))
+    assert traces.arrived == "arrived"
+    assert len(driver.asked) == 1
+    np.testing.assert_array_equal(driver.asked[0], record.reading[3])
+    expected = np.round(np.rad2deg(3e-3 * np.arange(22)) + 2.0)
+    np.testing.assert_allclose(np.rad2deg(record.reading[3]), expected, atol=1e-9)
+    # A run that diverged before is record_of by its last sample.
+    _, record, driver = look(arrival=9)
+    np.testing.assert_array_equal(driver.asked[0], record.reading[N - 1])
+
+
+def test_divergence_is_after_the_last_sample_and_leaves_numbers_alone(look):
+    bad = np.full((N, 3), np.nan)
+    traces, record, _ = look(unstable=True, object_pos=bad, qvel=np.full((N, 23), np.inf))
+    assert traces.unstable_at == pytest.approx(0.07)
+    assert np.isfinite(traces.object_pos).all()
+    assert np.isfinite(record.qvel).all()
+
+
+def test_phases_are_those_of_the_schedule(look):
+    _, record, _ = look()
+    phases = {phase.name: phase.start for phase in record.phases}
+    expected = {"reach": 0.0, "squeeze": 0.02, "action": 0.04, "hold": 0.06}
+    assert phases == pytest.approx(expected)
+    assert list(phases) == list(expected)

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+
+from handsim.grasping.plan import ramp
+from handsim.grasping.rollout.squeeze import squeeze_offset
+from handsim.joints import FINGERS, JOINT_NAMES
+
+
+def named(offset):
+    """The joints that are squeezed, and by how much [deg]."""
+    return {
+        name: round(float(degrees), 9)
+        for name, degrees in zip(JOINT_NAMES, np.rad2deg(offset), strict=True)
+        if degrees
+    }
+
+
+def test_the_thumb_squeezes_whatever_else_does():
+    thumb = {"thumb_mcp": 10.0, "thumb_ip": 12.0}
+    assert named(squeeze_offset(1.0, ())) == thumb
+    index = {"index_mcp": 12.0, "index_pip": 10.0, "index_dip": 5.0}
+    assert named(squeeze_offset(1.0, ("index",))) == thumb | index
+
+
+@pytest.mark.parametrize("finger", FINGERS[1:])
+def test_each_finger_squeezes_when_it_opposes_and_otherwise_not(finger):
+    squeezed = {name.split("_")[0] for name in named(squeeze_offset(1.0, (finger,)))}
+    assert squeezed == {"thumb", finger}
+
+
+def test_all_fingers_squeeze_unless_told_otherwise():
+    np.testing.assert_array_equal(squeeze_offset(), squeeze_offset(1.0, FINGERS))
+    assert len(named(squeeze_offset())) == 14  # the flexions of the hand without the wrist
+
+
+def test_a_squeeze_flexes_in_proportion_to_its_strength():
+    offset = squeeze_offset(1.0, ("middle", "ring"))
+    assert (offset >= 0).all()
+    np.testing.assert_allclose(squeeze_offset(0.3, ("middle", "ring")), 0.3 * offset)
+    assert not squeeze_offset(0.0).any()
+
+
+def test_a_ramp_goes_from_zero_to_one_by_minimum_jerk():
+    times = np.array([-1.0, 0.0, 1.2, 1.325, 1.45, 1.575, 1.7, 3.0])
+    # 10 x^3 - 15 x^4 + 6 x^5 at a quarter, half and three quarters.
+    expected = [0, 0, 0, 53 / 512, 0.5, 459 / 512, 1, 1]
+    np.testing.assert_allclose(ramp(times, 1.2, 0.5), expected, atol=1e-12)
+    assert ramp(1, 0, 2) == pytest.approx(0.5)  # also of whole numbers

@@ -1,0 +1,111 @@
+"""What a run may be made with, and what a perturbed trial varies."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from handsim.errors import InputError
+from handsim.grasping.conditions import LIMITS, MAX_OFFSET, Conditions, Perturbation, perturb
+from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
+
+
+def test_a_run_is_nominal_by_default():
+    """A median right hand, rubber-like skin (0.8), the object as it is and where it should be."""
+    assert Conditions() == Conditions(
+        seed=0, nominal=True, hand_length=HAND_LENGTH, hand_breadth=HAND_BREADTH, side="right",
+        friction=0.8, mass_scale=1.0, object_offset=(0.0, 0.0, 0.0), shake=0.0,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("seed", 0, 2**63 - 1),
+        ("friction", 0.05, 3.0),
+        ("mass_scale", 1e-3, 1e3),
+        ("shake", 0.0, 100.0),
+    ],
+)
+def test_what_is_simulated_ends_at_its_limits(name, low, high):
+    """The limits themselves are simulated, what lies next beyond is not, nor is what is no number.
+
+    Seeds are whole numbers that a 64-bit integer holds.
+    """
+    assert name in LIMITS
+    for value in (low, high):
+        assert getattr(Conditions(**{name: value}), name) == value
+    whole = name == "seed"
+    below, above = (low - 1, high + 1) if whole else np.nextafter((low, high), (-np.inf, np.inf))
+    for value in (below, above, np.nan, np.inf, -np.inf):
+        with pytest.raises(InputError, match=f"{name} of .* is outside"):
+            Conditions(**{name: value})
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_offsets_end_at_half_a_turn_and_a_little_to_both_sides(place):
+    assert np.pi < MAX_OFFSET < 3.3
+    for sign in (-1, 1):
+        offset = [0.0, 0.0, 0.0]
+        offset[place] = sign * MAX_OFFSET
+        assert Conditions(object_offset=tuple(offset)).object_offset[place] == offset[place]
+        for bad in (sign * np.nextafter(MAX_OFFSET, np.inf), np.nan, sign * np.inf):
+            offset[place] = bad
+            with pytest.raises(InputError, match="object_offset"):
+                Conditions(object_offset=tuple(offset))
+
+
+def test_hands_that_nobody_has_are_refused():
+    for size in ({"hand_length": 0.5}, {"hand_breadth": 0.2}, {"hand_length": np.nan}):
+        with pytest.raises(InputError):
+            Conditions(**size)
+
+
+def test_a_perturbed_trial_is_drawn_as_it_was_published():
+    """Five uniform draws in a fixed order: x, y, yaw, friction, mass."""
+    for seed in (0, 7):
+        u = np.random.default_rng(seed).random(5)
+        mixed = 2 * u - 1
+        trial = perturb(Conditions(), seed)
+        assert trial.seed == seed
+        np.testing.assert_allclose(trial.object_offset[:2], 0.003 * mixed[:2])
+        assert trial.object_offset[2] == pytest.approx(np.deg2rad(3.0) * mixed[2])
+        assert trial.friction == pytest.approx(0.5 + 0.3 * u[3])
+        assert trial.mass_scale == pytest.approx(1 + 0.2 * mixed[4])
+        assert trial.shake == 2.0
+        assert not trial.nominal
+        assert trial == perturb(Conditions(), seed)
+        assert trial != perturb(Conditions(), seed + 1)
+
+
+def test_a_perturbed_trial_keeps_the_hand():
+    left = Conditions(hand_length=0.17, hand_breadth=0.08, side="left", seed=3)
+    trial = perturb(left, 5)
+    kept = {name: getattr(left, name) for name in ("hand_length", "hand_breadth", "side")}
+    assert {name: getattr(trial, name) for name in kept} == kept
+    varied = {
+        field.name
+        for field in fields(left)
+        if getattr(trial, field.name) != getattr(left, field.name)
+    }
+    assert varied == {"seed", "nominal", "friction", "mass_scale", "object_offset", "shake"}
+
+
+def test_other_ranges_are_taken_where_they_are_given():
+    still = Perturbation(position=0.0, yaw=0.0, friction=(0.4, 0.4), mass=0.0, shake=0.0)
+    assert perturb(Conditions(), 1, still) == replace(
+        Conditions(), seed=1, nominal=False, friction=0.4
+    )
+    wide = Perturbation(position=0.1, yaw=1.0, friction=(1.0, 2.0), mass=0.9, shake=7.0)
+    trials = [perturb(Conditions(), seed, wide) for seed in range(200)]
+    for values, low, high in (
+        ([t.object_offset[0] for t in trials], -0.1, 0.1),
+        ([t.object_offset[1] for t in trials], -0.1, 0.1),
+        ([t.object_offset[2] for t in trials], -1.0, 1.0),
+        ([t.friction for t in trials], 1.0, 2.0),
+        ([t.mass_scale for t in trials], 0.1, 1.9),
+    ):
+        # The least and the most of 200 uniform draws lie near the ends.
+        assert low <= min(values) < low + 0.05 * (high - low)
+        assert high - 0.05 * (high - low) < max(values) <= high
+    assert {t.shake for t in trials} == {7.0}

@@ -1,0 +1,68 @@
+"""The metric of a destination in closed form: its kernel, its logarithm and what is kept of it."""
+
+import numpy as np
+import pytest
+
+from handsim.navigation.metric import DestinationMetric, gaussian_kernel
+
+
+@pytest.mark.parametrize("reach", [0.5, 2.0])
+def test_destinations_share_by_a_gaussian_of_their_distance_in_reaches(reach: float) -> None:
+    centre, along = np.array([0.2, -0.1]), np.array([0.6, 0.8])
+    distances = np.array([0.0, 1.0, 2.0, 3.0])
+    points = centre + reach * distances[:, None] * along
+    shares = gaussian_kernel(points, np.array([centre, points[2]]), reach)
+    assert shares.shape == (4, 2)
+    np.testing.assert_allclose(shares[:, 0], np.exp([0.0, -0.5, -2.0, -4.5]))
+    np.testing.assert_allclose(shares[:, 1], np.exp([-2.0, -0.5, 0.0, -0.5]))
+
+
+def test_a_diagonal_metric_in_closed_form() -> None:
+    """Logarithms (a, b) + K (c, d): the metric is their exponential, share by share."""
+    centres = np.array([[0.0, 0.0], [1.0, 0.0]])
+    logs = np.array([np.diag([0.3, -0.3]), np.diag([1.0, -1.0]), np.diag([-0.5, 0.25])])
+    metric = DestinationMetric(centres, logs, 1.0)
+    near, far = 1.0, np.exp(-0.5)
+    expected = [0.3 + near - 0.5 * far, -0.3 - near + 0.25 * far]
+    np.testing.assert_allclose(metric.at(np.zeros(2)), np.diag(np.exp(expected)), atol=1e-12)
+    both = metric.at(centres)
+    other = [0.3 + far - 0.5 * near, -0.3 - far + 0.25 * near]
+    np.testing.assert_allclose(both[1], np.diag(np.exp(other)), atol=1e-12)
+
+
+def metric_of(log: np.ndarray) -> np.ndarray:
+    """Return the metric of a destination whose logarithm is given."""
+    logs = np.array([log, np.zeros_like(log)])
+    return DestinationMetric(np.zeros((1, len(log))), logs, 1.0).at(np.ones(len(log)))
+
+
+@pytest.mark.parametrize("t", [0.0, 0.7, -1.3, 4.0])
+def test_the_metric_is_the_exponential_of_its_logarithm(t: float) -> None:
+    """Of [[0, t], [t, 0]] it is [[cosh t, sinh t], [sinh t, cosh t]]."""
+    expected = [[np.cosh(t), np.sinh(t)], [np.sinh(t), np.cosh(t)]]
+    np.testing.assert_allclose(metric_of(t * np.array([[0.0, 1.0], [1.0, 0.0]])), expected)
+    # And of one with other axes, where rows and columns of the eigenvectors differ.
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    along = t * np.array([0.1, -0.4, 0.9])
+    found = metric_of(turn @ np.diag(along) @ turn.T)
+    np.testing.assert_allclose(found, turn @ np.diag(np.exp(along)) @ turn.T, atol=1e-12)
+
+
+def test_what_is_kept_is_of_the_same_destinations_in_the_same_shape() -> None:
+    logs = np.array([np.zeros((2, 2)), np.diag([1.0, -1.0])])
+    metric = DestinationMetric(np.zeros((1, 2)), logs, 1.0)
+    one, other = np.array([0.0, 0.0]), np.array([0.0, 2.0])
+    for asked, share in (
+        (one, 1.0),
+        (other, np.exp(-2.0)),
+        (one, 1.0),
+        (one[None], 1.0),
+        (one, 1.0),
+    ):
+        found = metric.at(asked)
+        assert found.shape == (*asked.shape, 2)
+        np.testing.assert_allclose(np.squeeze(found), np.diag(np.exp([share, -share])))
+    for asked in (one, other):  # the latest answer alone
+        assert metric.at(asked) is metric.at(asked.copy())
+    many = metric.at(np.zeros((3, 4, 2)))
+    assert many.shape == (3, 4, 2, 2)

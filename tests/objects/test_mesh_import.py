@@ -1,0 +1,232 @@
+import builtins
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from handsim.errors import FileError, InputError, MissingToolError
+from handsim.objects.mesh_import import MAX_HULL_POINTS, object_from_mesh
+from handsim.objects.mjcf import add_object
+from handsim.objects.object import GraspObject
+from handsim.tasks.scene import build_scene
+
+
+def saved(mesh: trimesh.Trimesh, path: Path) -> Path:
+    mesh.export(path)
+    return path
+
+
+def bracket() -> trimesh.Trimesh:
+    """Return an L of 60 x 60 x 20 mm and 20 mm thick, closed."""
+    outline = np.array([[0, 0], [60, 0], [60, 20], [20, 20], [20, 60], [0, 60]]) / 1000
+    lower = np.column_stack([outline, np.zeros(6)])
+    upper = np.column_stack([outline, np.full(6, 0.02)])
+    caps = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+    sides = [
+        row
+        for i, j in zip(range(6), [1, 2, 3, 4, 5, 0], strict=True)
+        for row in ([i, j, j + 6], [i, j + 6, i + 6])
+    ]
+    return trimesh.Trimesh(
+        np.vstack([lower, upper]), np.vstack([caps[:, ::-1], caps + 6, sides]), process=False
+    )
+
+
+def rest(grasp_object: GraspObject, seconds: float = 1.0) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = build_scene(grasp_object, with_hand=False).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+    return model, data
+
+
+@pytest.mark.parametrize("kind", ["obj", "stl", "ply", "off"])
+def test_a_box_of_any_format_becomes_an_object_that_stands(tmp_path: Path, kind: str) -> None:
+    mesh = trimesh.creation.box((40, 60, 80)).apply_translation((100, 0, 7))
+    path = saved(mesh, tmp_path / f"thing.{kind}")
+    grasp_object = object_from_mesh(path, 0.2, scale=0.001)
+    assert (grasp_object.name, grasp_object.mass, len(grasp_object.colliders)) == ("thing", 0.2, 1)
+    model, data = rest(grasp_object)
+    np.testing.assert_allclose(data.qpos[:3], 0, atol=1e-4)
+    inertia = 0.2 / 12 * np.array([0.04**2 + 0.06**2, 0.04**2 + 0.08**2, 0.06**2 + 0.08**2])
+    np.testing.assert_allclose(np.sort(model.body("object").inertia), inertia, rtol=1e-5)
+
+
+def test_a_fine_convex_mesh_gets_one_thinned_hull(tmp_path: Path) -> None:
+    path = saved(trimesh.creation.icosphere(5, 0.03), tmp_path / "ball.ply")
+    (collider,) = object_from_mesh(path, 0.1).colliders
+    assert len(collider.points) <= MAX_HULL_POINTS
+    centred = np.array(collider.points) - [0, 0, 0.03]
+    np.testing.assert_allclose(np.linalg.norm(centred, axis=1), 0.03, rtol=1e-3)
+
+
+def test_a_concave_mesh_is_decomposed_the_same_way_each_time(tmp_path: Path) -> None:
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    first, second = (object_from_mesh(path, 0.1).colliders for _ in range(2))
+    assert first == second
+    assert len(first) >= 2
+    for collider in first:  # no piece fills the notch
+        assert not trimesh.convex.convex_hull(np.array(collider.points)).contains(
+            [[0.02, 0.02, 0.01]]
+        )
+    _, data = rest(object_from_mesh(path, 0.1))
+    np.testing.assert_allclose(data.qpos[:3], 0, atol=1e-3)
+
+
+def test_without_the_decomposer_the_command_that_installs_it_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    monkeypatch.setattr("handsim.objects._convex_pieces.find_spec", lambda name: None)
+    with pytest.raises(MissingToolError, match=r"bracket\.stl: .* run pip install coacd"):
+        object_from_mesh(path, 0.1)
+
+
+def test_a_decomposition_that_crashes_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(InputError, match=r"bracket\.stl: the mesh cannot be decomposed"):
+        object_from_mesh(path, 0.1)
+
+
+def test_a_decomposition_without_end_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    monkeypatch.setattr("handsim.objects._convex_pieces.TIME_LIMIT", 0.01)
+    with pytest.raises(InputError, match="not decomposed within"):
+        object_from_mesh(path, 0.1)
+
+
+def test_a_mesh_with_a_hole_is_refused_by_name(tmp_path: Path) -> None:
+    mesh = trimesh.creation.box((0.04, 0.04, 0.04))
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    path = saved(mesh, tmp_path / "holey.stl")
+    with pytest.raises(FileError, match=r"holey\.stl: the mesh is not watertight"):
+        object_from_mesh(path, 0.1)
+
+
+def test_a_mesh_turned_inside_out_is_turned_back(tmp_path: Path) -> None:
+    mesh = trimesh.creation.box((0.04, 0.04, 0.04))
+    mesh.invert()
+    model, _ = rest(object_from_mesh(saved(mesh, tmp_path / "out.stl"), 0.1), 0.01)
+    assert model.body("object").mass[0] == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("none.stl", None, "no such file"),
+        ("scene.glb", b"x", "format 'glb' is not one of obj, stl, ply, off"),
+        ("cut.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "not a readable"),
+        ("words.obj", b"just some words\n", "holds no surface|not a readable"),
+        (
+            "bad.obj",
+            b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+            "finite|not a readable|holds no surface",
+        ),
+        (
+            "flat.obj",
+            b"v 0 0 0\nv .1 0 0\nv 0 .1 0\nv .1 .1 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n",
+            "encloses no volume|not watertight",
+        ),
+        (
+            "words.stl",
+            b"solid x\nfacet normal 0 0 up\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+            b"vertex 0 1 0\nendloop\nendfacet\nendsolid x\n" + 80 * b" ",
+            "not watertight|not a readable",
+        ),
+        ("empty.off", b"", "not a readable|holds no surface"),
+    ],
+)
+def test_files_that_are_no_closed_mesh_are_named(
+    tmp_path: Path,
+    name: str,
+    content: bytes | None,
+    message: str,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(FileError, match=message) as caught:
+        object_from_mesh(tmp_path / name, 0.1)
+    assert name in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not caplog.records  # which would end on standard error
+
+
+@pytest.mark.parametrize(
+    ("mass", "scale", "message"),
+    [
+        (0.0, 1.0, "mass 0 kg"),
+        (-1.0, 1.0, "mass -1 kg"),
+        (200.0, 1.0, "mass 200 kg"),
+        (np.nan, 1.0, "mass nan kg"),
+        (0.1, 0.0, "scale 0 is not positive"),
+        (0.1, np.nan, "scale nan"),
+        (0.1, 1000.0, "longest side is 40 m"),
+    ],
+)
+def test_mass_and_size_out_of_range_are_refused(
+    tmp_path: Path, mass: float, scale: float, message: str
+) -> None:
+    path = saved(trimesh.creation.box((0.04, 0.04, 0.04)), tmp_path / "box.stl")
+    with pytest.raises(InputError, match=message):
+        object_from_mesh(path, mass, scale=scale)
+
+
+def test_no_other_file_is_opened_for_a_mesh(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    box = str(trimesh.creation.box((0.04, 0.04, 0.04)).export(file_type="obj"))
+    (tmp_path / "box.obj").write_text("mtllib other.mtl\nusemtl x\n" + box, encoding="utf-8")
+    (tmp_path / "other.mtl").write_text("newmtl x\nmap_Kd secret.png\n", encoding="utf-8")
+    opened: list[str] = []
+    plain = builtins.open
+
+    def recording(file: object, *args: object, **kwargs: object) -> object:
+        opened.append(str(file))
+        return plain(file, *args, **kwargs)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(builtins, "open", recording)
+    assert len(object_from_mesh(tmp_path / "box.obj", 0.1).colliders) == 1
+    assert not [name for name in opened if name.startswith(str(tmp_path)) and "box.obj" not in name]
+
+
+@pytest.mark.parametrize("kind", ["obj", "stl", "ply", "off"])
+def test_a_damaged_file_gives_an_object_or_one_line(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("handsim.objects.mesh_import.decompose", lambda v, f, s: [v])
+    whole = saved(trimesh.creation.box((0.04, 0.05, 0.06)), tmp_path / f"whole.{kind}").read_bytes()
+    generator = np.random.default_rng(7)
+    path, refused = tmp_path / f"damaged.{kind}", 0
+    for _ in range(150):
+        content = bytearray(whole)
+        for _ in range(generator.integers(1, 5)):
+            place, change = int(generator.integers(len(content))), generator.integers(4)
+            if change == 0:
+                content[place] = int(generator.integers(256))
+            elif change == 1:
+                del content[place : place + int(generator.integers(1, 30))]
+            elif change == 2:
+                content[place:place] = generator.choice([b"nan", b"1e308", b"-9", b"\n", b"\0" * 8])
+            else:
+                content = content[: max(place, 1)]
+        path.write_bytes(bytes(content))
+        try:
+            spec = mujoco.MjSpec()
+            add_object(spec, object_from_mesh(path, 0.1))
+            spec.compile()
+        except InputError as error:
+            refused += 1
+            assert str(path) in str(error)
+            assert "\n" not in str(error)
+    assert 50 < refused < 150

@@ -1,0 +1,92 @@
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from handsim.errors import InputError
+from handsim.objects.mesh_import import object_from_mesh
+from handsim.objects.mjcf import OBJECTS
+from handsim.objects.object import GraspObject
+from handsim.objects.proposals import REACH, WIDTH_RANGE, propose_grasps
+from handsim.tasks.lift import lift_task
+from handsim.tasks.scene import build_scene, hand_axes
+
+
+def own(mesh: trimesh.Trimesh, folder: Path) -> GraspObject:
+    mesh.export(folder / "own.stl")
+    return object_from_mesh(folder / "own.stl", 0.1)
+
+
+def test_a_box_is_taken_across_its_narrow_sides_at_its_middle(tmp_path: Path) -> None:
+    best = propose_grasps(own(trimesh.creation.box((0.12, 0.04, 0.06)), tmp_path))[0]
+    assert abs(best.grasp.opposition[1]) == pytest.approx(1.0)
+    assert best.grasp.width == pytest.approx(0.04, abs=1e-6)
+    np.testing.assert_allclose(best.grasp.point, [0.0, 0.0, 0.03], atol=1e-6)
+    assert best.facing_deg < 0.1
+    assert best.lever < 1e-6
+
+
+@pytest.mark.parametrize("name", sorted(OBJECTS))
+def test_proposals_lie_on_opposed_surfaces_within_reach(name: str) -> None:
+    proposals = propose_grasps(OBJECTS[name])
+    assert [p.cost for p in proposals] == sorted(p.cost for p in proposals)
+    model = build_scene(name, with_hand=False).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    groups = np.array([0, 0, 0, 1, 0, 0], np.uint8)
+    for proposal in proposals[:5]:
+        grasp = proposal.grasp
+        point, axis = np.array(grasp.point), np.array(grasp.opposition)
+        assert WIDTH_RANGE[0] <= grasp.width <= WIDTH_RANGE[1]
+        assert axis @ grasp.approach == pytest.approx(0.0, abs=1e-6)
+        end, hit = point + 0.5 * axis, np.zeros(1, np.int32)
+        depth = 0.5 - mujoco.mj_ray(model, data, end, -axis, groups, 1, -1, hit)
+        assert depth == pytest.approx(grasp.width / 2, abs=1e-5)
+        start = point - np.array(grasp.approach)
+        distance = mujoco.mj_ray(model, data, start, np.array(grasp.approach), groups, 1, -1, hit)
+        assert distance < 0 or 1.0 - distance < REACH + 1e-6
+
+
+def test_a_ring_too_wide_to_span_is_taken_by_its_rim(tmp_path: Path) -> None:
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    ring = trimesh.creation.annulus(0.06, 0.07, 0.04, sections=32)
+    best = propose_grasps(own(ring, tmp_path))[0].grasp
+    assert best.kind == "top"
+    assert best.width == pytest.approx(0.01, abs=0.002)
+    assert np.linalg.norm(best.point[:2]) == pytest.approx(0.065, abs=0.002)
+
+
+def test_surfaces_that_slope_away_are_not_proposed(tmp_path: Path) -> None:
+    """A flat cone's sides lie at 55 deg to any level line."""
+    with pytest.raises(InputError, match="'own' has no two opposed surfaces"):
+        propose_grasps(own(trimesh.creation.cone(0.049, 0.034, sections=64), tmp_path))
+
+
+def test_what_is_too_wide_to_grasp_is_said_so(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="up to 100 mm apart"):
+        propose_grasps(own(trimesh.creation.box((0.15, 0.15, 0.15)), tmp_path))
+
+
+@pytest.mark.parametrize("name", ["book", "cube", "screwdriver"])
+def test_the_lift_task_brings_the_forearm_from_where_it_comes_in_the_table(name: str) -> None:
+    task = lift_task(OBJECTS[name])
+    model = build_scene(task).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    distal = data.body("forearm").xmat.reshape(3, 3)[:, 0]
+    np.testing.assert_allclose(distal, [np.cos(np.pi / 6), 0.5, 0.0], atol=1e-6)
+    dorsal = data.body("forearm").xmat.reshape(3, 3)[:, 2]
+    np.testing.assert_allclose(
+        data.body("object").xmat.reshape(3, 3) @ hand_axes(task.grasp)[:, 2], dorsal, atol=1e-6
+    )
+
+
+def test_a_task_with_an_object_of_ones_own_builds_its_scene(tmp_path: Path) -> None:
+    grasp_object = own(trimesh.creation.box((0.05, 0.04, 0.06)), tmp_path)
+    task = lift_task(grasp_object)
+    assert task.object is grasp_object
+    assert (task.name, task.number, task.rule.kind) == ("own-lift", 0, "carry")
+    model = build_scene(task.for_side("left"), side="left").compile()
+    assert model.body("object").mass[0] == pytest.approx(0.1)

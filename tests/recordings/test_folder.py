@@ -1,0 +1,181 @@
+"""Recordings and their CSV files: round trips, and every rejection with file, row and column."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from handsim.errors import FileError, InputError
+from handsim.joints import JOINT_NAMES, N_JOINTS
+from handsim.recordings.folder import (
+    Recording,
+    RecordingSet,
+    read_postures,
+    read_recordings,
+    write_postures,
+    write_recordings,
+)
+
+
+def recording(name: str = "cube", n: int = 12, seed: int = 0) -> Recording:
+    q = np.random.default_rng(seed).uniform(-1.0, 1.0, (n, N_JOINTS))
+    return Recording(name, np.arange(n) / 100, q, 14, "someone", "cube", "cube-raise", 0.19, 0.085)
+
+
+@pytest.fixture
+def csv(tmp_path: Path) -> Path:
+    path = tmp_path / "postures.csv"
+    one = recording()
+    write_postures(path, one.time, one.q)
+    return path
+
+
+def edit(path: Path, row: int, column: str, value: str) -> None:
+    """Replace one cell; rows are counted as in messages, the header being row 1."""
+    lines = path.read_text().splitlines()
+    cells = lines[row - 1].split(",")
+    cells[lines[0].split(",").index(column)] = value
+    lines[row - 1] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_a_folder_comes_back_as_it_was_written(tmp_path: Path) -> None:
+    written = RecordingSet((recording("a", seed=1), recording("b", n=30, seed=2)))
+    write_recordings(written, tmp_path / "R")
+    read = read_recordings(tmp_path / "R")
+    assert [r.name for r in read] == ["a", "b"]
+    for before, after in zip(written, read, strict=True):
+        np.testing.assert_allclose(after.q, before.q, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(after.time, before.time, rtol=0, atol=1e-6)
+        for field in ("number", "subject", "object", "task", "hand_length", "hand_breadth"):
+            assert getattr(after, field) == getattr(before, field)
+
+
+def test_files_hold_degrees_in_glove_order(csv: Path) -> None:
+    header, first = (line.split(",") for line in csv.read_text().splitlines()[:2])
+    assert header == ["time_s", *(f"{name}_deg" for name in JOINT_NAMES)]
+    np.testing.assert_allclose(
+        [float(cell) for cell in first[1:]], np.rad2deg(recording().q[0]), rtol=0, atol=1e-6
+    )
+
+
+def test_columns_may_be_in_any_order(csv: Path) -> None:
+    _, q = read_postures(csv)
+    rows = [line.split(",")[::-1] for line in csv.read_text().splitlines()]
+    csv.write_text("\n".join(",".join(row) for row in rows))
+    np.testing.assert_array_equal(read_postures(csv)[1], q)
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "value", "words"),
+    [
+        (4, "index_pip_deg", "nan", ("row 4", "index_pip_deg", "nan")),
+        (5, "thumb_ip_deg", "twelve", ("row 5", "thumb_ip_deg", "twelve")),
+        (6, "time_s", "inf", ("row 6", "time_s", "inf")),
+        (7, "time_s", "0.01", ("row 7", "time_s", "increase")),
+        (8, "palm_arch_deg", "181", ("row 8", "palm_arch_deg", "181", "180")),
+        (1, "ring_dip_deg", "ring_dlp_deg", ("row 1", "ring_dip_deg", "missing")),
+        (1, "ring_dip_deg", "ring_pip_deg", ("row 1", "ring_pip_deg", "twice")),
+    ],
+)
+def test_a_bad_cell_is_named(
+    csv: Path, row: int, column: str, value: str, words: tuple[str, ...]
+) -> None:
+    edit(csv, row, column, value)
+    with pytest.raises(FileError) as caught:
+        read_postures(csv)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in (csv.name, *words):
+        assert word in message
+
+
+def test_other_bad_files(csv: Path, tmp_path: Path) -> None:
+    whole = csv.read_text().splitlines()
+    for text, word in (
+        ("", "empty"),
+        ("\n".join(whole[:10]), "9 frames"),
+        ("\n".join([whole[0] + ",extra", *(line + ",0" for line in whole[1:])]), "extra"),
+        ("\n".join([*whole[:3], whole[3] + ",0", *whole[4:]]), "row 4"),
+    ):
+        csv.write_text(text)
+        with pytest.raises(FileError, match=word):
+            read_postures(csv)
+    csv.write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(FileError, match="text"):
+        read_postures(csv)
+    with pytest.raises(FileError, match="no such file"):
+        read_postures(tmp_path / "absent.csv")
+
+
+def test_bad_folders(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="no such folder"):
+        read_recordings(tmp_path / "absent")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(FileError, match=r"experiments\.csv"):
+        read_recordings(tmp_path / "empty")
+    folder = tmp_path / "R"
+    write_recordings(RecordingSet((recording("a"), recording("b"))), folder)
+    index = folder / "experiments.csv"
+    good = index.read_text()
+    for before, after, word in (
+        ("b.csv", "c.csv", "c.csv"),
+        ("b.csv", "../b.csv", "same folder"),
+        ("b.csv", "a.csv", "two recordings"),
+        (",14,", ",fourteen,", "number"),
+        ("0.085", "-1", "hand_breadth"),
+    ):
+        index.write_text(good.replace(before, after))
+        with pytest.raises(FileError, match=word):
+            read_recordings(folder)
+    index.write_text(good.splitlines()[0] + "\n")
+    with pytest.raises(FileError, match="no recording"):
+        read_recordings(folder)
+
+
+def test_writing_replaces_recordings_and_nothing_else(tmp_path: Path) -> None:
+    folder = tmp_path / "R"
+    write_recordings(RecordingSet((recording("a"), recording("b"))), folder)
+    write_recordings(RecordingSet((recording("c"),)), folder)
+    assert sorted(p.name for p in folder.iterdir()) == ["c.csv", "experiments.csv"]
+    (folder / "thesis.txt").write_text("mine")
+    with pytest.raises(FileError, match=r"thesis\.txt"):
+        write_recordings(RecordingSet((recording("d"),)), folder)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["R"]  # nothing temporary is left
+    assert (folder / "c.csv").is_file()
+
+
+def test_a_failed_write_leaves_the_folder_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "R"
+    write_recordings(RecordingSet((recording("a"),)), folder)
+    real = Path.rename
+
+    def fails_for_new(self: Path, target: Path) -> Path:
+        if self.name == "new":
+            raise OSError("disk full")
+        return real(self, target)
+
+    monkeypatch.setattr(Path, "rename", fails_for_new)
+    with pytest.raises(OSError, match="disk full"):
+        write_recordings(RecordingSet((recording("b"),)), folder)
+    assert read_recordings(folder)[0].name == "a"
+
+
+def test_recordings_are_checked_and_read_only() -> None:
+    good = recording()
+    assert not good.q.flags.writeable and not good.time.flags.writeable
+    assert good.duration == pytest.approx(0.11)
+    with pytest.raises(InputError, match="hand_length"):
+        Recording("a", good.time, good.q, 1, "", "", "", 19.0, 0.08)
+    with pytest.raises(InputError, match="shapes"):
+        Recording("a", good.time, good.q[:, :21], 1, "", "", "", 0.19, 0.08)
+    with pytest.raises(InputError, match="increase"):
+        Recording("a", good.time[::-1], good.q, 1, "", "", "", 0.19, 0.08)
+    with pytest.raises(InputError, match="cannot name"):
+        Recording("../a", good.time, good.q, 1, "", "", "", 0.19, 0.08)
+    with pytest.raises(InputError, match="0 recordings"):
+        RecordingSet(())
+    with pytest.raises(InputError, match="two recordings"):
+        RecordingSet((good, good))

@@ -1,0 +1,293 @@
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from handsim.errors import InputError
+from handsim.files import data_folder
+from handsim.hand.anthropometry import LENGTHS
+from handsim.hand.mjcf import build_hand
+from handsim.hand.postures import POSTURES
+from handsim.joints import JOINT_INDEX, clip_to_range
+from handsim.recordings.folder import read_recordings
+from handsim.retargeting._posture_fit import OPENING_TOLERANCE, TIP_TOLERANCE, PostureFit
+from handsim.retargeting.retarget import SETTLING, Retargeter, Weights, human_hand
+from handsim.retargeting.robot_hand import RobotHand
+
+FOUR_FINGERS = Path(__file__).parent / "data" / "four_finger_hand.xml"
+TIPS = {"thumb": "thumb_touch", "index": "f1_touch", "middle": "f2_touch", "ring": "f3_touch"}
+SMALLER = (0.15, 0.15 * 0.0883 / 0.1933)
+"""A hand of the default's proportions."""
+
+
+@pytest.fixture(scope="module")
+def robot() -> RobotHand:
+    return RobotHand(FOUR_FINGERS, "base_frame", TIPS)
+
+
+@pytest.fixture(scope="module")
+def reach() -> np.ndarray:
+    """A recorded reach, every second frame, (n, 22) [rad]."""
+    recordings = read_recordings(data_folder("assets") / "experiments")
+    recording = next(r for r in recordings if r.name == "tall-glass-drink")
+    return clip_to_range(recording.q[::2])
+
+
+def test_the_four_finger_hand_is_unlike_a_persons(robot):
+    assert (len(robot.fingers), len(robot.joint_names)) == (4, 16)
+    scale = Retargeter(robot).finger_scale
+    assert scale.max() / scale.min() > 1.1
+    assert scale.min() > 1.3
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("name", ["rest", "pinch", "tripod"])
+def test_the_same_kinematics_at_another_size_give_the_posture_back(side, name):
+    retargeter = Retargeter(human_hand(*SMALLER, side=side), side=side)
+    assert retargeter.scale == pytest.approx(0.15 / 0.1933)
+    q = POSTURES[name]
+    result = retargeter.retarget(q)
+    given = q[[JOINT_INDEX[joint] for joint in result.joint_names]]
+    assert np.abs(result.positions - given).max() < np.deg2rad(0.5)
+    assert result.tip_error.max() < 2e-5
+    assert result.opening_error.max() < 2e-5
+    assert result.matched
+    assert result.reason == ""
+
+
+def test_the_same_kinematics_follow_a_recording(reach):
+    retargeter = Retargeter(human_hand(*SMALLER))
+    result = retargeter.retarget(reach)
+    given = reach[:, [JOINT_INDEX[joint] for joint in result.joint_names]]
+    assert np.sqrt(np.mean((result.positions - given) ** 2)) < np.deg2rad(1)
+    assert result.opening_error.max() < 2e-4
+    assert result.matched.all()
+
+
+def test_four_finger_hand_makes_a_recorded_reach(robot, reach):
+    retargeter = Retargeter(robot)
+    result = retargeter.retarget(reach)
+    assert result.positions.shape == (len(reach), 16)
+    assert result.tip_error.shape == result.opening_error.shape == (len(reach), 4)
+    assert np.all(result.positions >= robot.lower)
+    assert np.all(result.positions <= robot.upper)
+    assert result.matched.all(), result.reason
+    assert np.all(result.opening_error[:, 0] == 0), "the thumb against itself"
+    assert result.opening_error[-1].max() < 0.1 * robot.reach.mean(), "at the grasp"
+    assert result.tip_error.max() < TIP_TOLERANCE * robot.reach.mean()
+    assert np.ptp(result.positions, axis=0).max() > np.deg2rad(30), "it moves"
+
+
+def test_errors_are_those_of_the_positions_returned(robot, reach):
+    retargeter = Retargeter(robot)
+    result = retargeter.retarget(reach[-1])
+    points, openings, _, _ = retargeter.targets(reach[-1])
+    tips = robot.forward(result.positions).points
+    assert np.allclose(result.tip_error, np.linalg.norm(tips - points, axis=1))
+    assert np.allclose(result.opening_error, np.linalg.norm(tips - tips[0] - openings, axis=1))
+
+
+def closing(n: int) -> np.ndarray:
+    """From rest over a wide opening to a pinch, at constant speed, (n, 22) [rad]."""
+    wide = 0.6 * POSTURES["rest"]
+    wide[[JOINT_INDEX["thumb_rotation"], JOINT_INDEX["thumb_abduction"]]] = np.deg2rad([85, 45])
+    corners = np.array([POSTURES["rest"], wide, POSTURES["pinch"]])
+    part = np.linspace(0, 1, n)
+    return np.transpose([np.interp(part, [0, 0.5, 1], joint) for joint in corners.T])
+
+
+def test_no_jumps_on_a_continuous_path(robot):
+    """Halving the time between postures halves the steps, without any limit on them."""
+    retargeter = Retargeter(robot)
+    coarse, fine = (retargeter.retarget(closing(n), max_gain=np.inf) for n in (31, 61))
+    steps = [np.abs(np.diff(result.positions, axis=0)).max() for result in (coarse, fine)]
+    assert steps[1] < 0.65 * steps[0]
+    assert np.allclose(coarse.positions[-1], fine.positions[-1], atol=np.deg2rad(4)), "a lag"
+    assert fine.matched.all(), fine.reason
+
+
+def test_joints_move_at_most_so_much_faster_than_the_persons(robot, reach):
+    q = np.vstack([reach, np.repeat(reach[-1:], 30, axis=0)])
+    changes = np.abs(np.diff(q, axis=0)).max(axis=1)
+    free, kept = (Retargeter(robot).retarget(q, max_gain=gain) for gain in (np.inf, 1.5))
+    moved = [np.abs(np.diff(result.positions, axis=0)).max(axis=1) for result in (free, kept)]
+    limit = 1.5 * changes + SETTLING
+    assert np.all(moved[1] <= limit + 1e-9)
+    assert np.any(moved[0] > limit + np.deg2rad(1)), "it is what limits"
+    assert np.allclose(kept.positions[-1], free.positions[-1], atol=np.deg2rad(2)), "it settles"
+
+
+def test_largest_step_is_kept(robot, reach):
+    step = np.deg2rad(2.0)
+    result = Retargeter(robot).retarget(reach[::4], max_step=step)
+    moved = np.abs(np.diff(result.positions, axis=0))
+    assert moved.max() <= step + 1e-9
+    assert moved.max() > 0.99 * step, "it is what limits"
+
+
+def test_slides_are_held_back_by_lengths_of_a_finger():
+    """A finger that only slides in and out, 0.1 m long; the person's bends by 6 deg."""
+    spec = mujoco.MjSpec.from_string("""<mujoco><worldbody><body name="palm"><geom size=".01"/>
+      <body name="slider" pos=".1 0 0"><joint type="slide" axis="1 0 0" range="-.1 .1"/>
+      <geom size=".01"/><site name="tip" pos=".1 0 0"/></body></body></worldbody></mujoco>""")
+    retargeter = Retargeter(RobotHand(spec, "palm", {"index": "tip"}))
+    bent = np.zeros((2, 22))
+    bent[1, JOINT_INDEX["index_mcp"]] = np.deg2rad(60)
+    moved = np.abs(np.diff(retargeter.retarget(bent, max_gain=0.1).positions[:, 0]))
+    assert moved == pytest.approx((np.deg2rad(6) + SETTLING) * 0.1, rel=1e-3)
+
+
+def test_each_posture_is_drawn_to_the_one_before(robot):
+    postures = np.array([POSTURES["rest"], POSTURES["pinch"]])
+    stiff = Retargeter(robot, weights=Weights(previous=100.0)).retarget(postures)
+    assert np.ptp(stiff.positions, axis=0).max() < np.deg2rad(0.1)
+    assert np.ptp(Retargeter(robot).retarget(postures).positions, axis=0).max() > np.deg2rad(20)
+
+
+def test_what_touches_in_the_human_hand_touches_in_the_robots(robot):
+    retargeter = Retargeter(robot)
+    for name, fingers in (("pinch", [1]), ("tripod", [1, 2])):
+        result = retargeter.retarget(POSTURES[name])
+        tips = robot.forward(result.positions).points
+        _, openings, _, _ = retargeter.targets(POSTURES[name])
+        for finger in fingers:
+            apart = np.linalg.norm(tips[finger] - tips[0])
+            assert apart == pytest.approx(np.linalg.norm(openings[finger]), abs=2e-3)
+    weak = Retargeter(robot, weights=Weights(opening=0.1, pinch=0.1)).retarget(POSTURES["pinch"])
+    assert weak.opening_error[1] > 0.005, "it is the weight that does it"
+
+
+def test_closeness_counts_more():
+    retargeter = Retargeter(human_hand())
+    *_, apart = retargeter.targets(POSTURES["flat"])
+    *_, touching = retargeter.targets(POSTURES["pinch"])
+    assert apart[0] == touching[0] == 0
+    assert touching[1] > 4
+    assert np.all(apart[1:] < 1.3)
+
+
+def test_opening_scale_of_one_keeps_the_width_of_things(robot):
+    q = POSTURES["rest"]
+    pads = human_hand().forward(q[[JOINT_INDEX[name] for name in human_hand().joint_names]]).points
+    _, as_is, _, _ = Retargeter(robot, opening_scale=1.0).targets(q)
+    assert np.allclose(as_is, (pads - pads[0])[:4])
+    _, scaled, _, _ = Retargeter(robot).targets(q)
+    assert np.allclose(scaled, Retargeter(robot).scale * as_is)
+    _, narrow, _, _ = Retargeter(robot, opening_scale=0.8).targets(q)
+    assert np.allclose(narrow, 0.8 * as_is)
+
+
+def test_left_robot_mirrors_a_right_recording(robot, reach):
+    """The mirrored hand, y -> -y, moved by the mirrored person: the same joint positions."""
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    for body in spec.bodies[1:]:
+        body.pos = body.pos * [1, -1, 1]
+        body.quat = body.quat * [1, -1, 1, -1]
+        body.alt.euler = body.alt.euler * [-1, 1, -1]
+    for joint in spec.joints:
+        joint.axis = -joint.axis * [1, -1, 1]
+    for site in spec.sites:
+        site.pos = site.pos * [1, -1, 1]
+        site.quat = site.quat * [1, -1, 1, -1]
+    left = Retargeter(RobotHand(spec, "base_frame", TIPS), side="left").retarget(reach[-1])
+    right = Retargeter(robot).retarget(reach[-1])
+    assert np.allclose(left.positions, right.positions, atol=1e-4)
+
+
+@pytest.mark.parametrize("fingers", [("thumb", "index", "little"), ("index", "middle"), ("ring",)])
+def test_hands_with_fewer_fingers_and_without_thumb(fingers):
+    sites = {
+        "thumb": "thumb_touch",
+        "index": "f1_touch",
+        "middle": "f2_touch",
+        "little": "f3_touch",
+    }
+    sites["ring"] = "f3_touch"
+    robot = RobotHand(FOUR_FINGERS, "base_frame", {finger: sites[finger] for finger in fingers})
+    result = Retargeter(robot).retarget(POSTURES["rest"])
+    assert result.fingers == fingers
+    assert result.positions.shape == (4 * len(fingers),)
+    assert result.matched, result.reason
+    if "thumb" not in fingers:
+        assert np.all(result.opening_error == 0)
+
+
+def test_fingers_are_measured_against_their_own_counterparts():
+    pads = {"index": "index_pad", "little": "little_pad"}
+    some = RobotHand(build_hand(), "palm", pads, knuckles={"little": "little_mcp"})
+    assert np.allclose(Retargeter(some).finger_scale, 1.0)
+    little = RobotHand(build_hand(), "palm", {"index": "little_pad"}, {"index": "little_mcp"})
+    longer = LENGTHS["index"][0] / LENGTHS["little"][0]
+    assert Retargeter(little).scale == pytest.approx(1 / longer, rel=0.1)
+
+
+def test_what_cannot_match_is_a_result_with_a_reason():
+    """A thumb that cannot leave the palm's side; its hand does what it can."""
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    spec.joint("thumb_roll").range = [-10, 0]
+    robot = RobotHand(spec, "base_frame", TIPS)
+    postures = np.array([POSTURES["flat"], POSTURES["tripod"]])
+    result = Retargeter(robot).retarget(postures)
+    assert result.matched.tolist() == [True, False]
+    assert "1 of 2 postures do not match" in result.reason
+    assert "posture 1" in result.reason
+    wide = robot.reach.mean()
+    assert result.opening_error[1].max() > OPENING_TOLERANCE * wide
+
+
+def test_coupled_joints_stay_coupled(reach):
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    for finger in ("f1", "f2", "f3"):
+        spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            name1=f"{finger}_end",
+            name2=f"{finger}_middle",
+            data=[0.0, 0.7, *[0.0] * 10],
+        )
+    robot = RobotHand(spec, "base_frame", TIPS)
+    result = Retargeter(robot).retarget(reach[-3:])
+    assert len(robot.lower) == 13
+    assert result.matched.all(), result.reason
+    at = result.joint_names.index
+    middle, end = result.positions[:, at("f1_middle")], result.positions[:, at("f1_end")]
+    assert np.allclose(end, 0.7 * middle)
+    assert middle.min() > 0.1
+
+
+def test_slope_of_the_residual(robot):
+    retargeter = Retargeter(robot)
+    fit = PostureFit(retargeter, POSTURES["tripod"])
+    rng = np.random.default_rng(2)
+    x = robot.lower + rng.uniform(0.2, 0.8, 16) * (robot.upper - robot.lower)
+    previous = x + rng.normal(0, 0.1, 16)
+
+    def residual(at: np.ndarray) -> np.ndarray:
+        return fit._residual(at, robot.forward(at), previous)
+
+    slope = np.transpose([(residual(x + e) - residual(x - e)) / 2e-6 for e in 1e-6 * np.eye(16)])
+    assert np.allclose(fit._jacobian(robot.forward(x), previous), slope, atol=1e-7)
+
+
+def test_the_same_postures_give_the_same_bits(robot, reach):
+    first, again = (Retargeter(robot).retarget(reach[:3]).positions for _ in range(2))
+    assert np.array_equal(first, again)
+
+
+def test_bad_input_names_what_is_wrong(robot):
+    retargeter = Retargeter(robot)
+    with pytest.raises(InputError, match=r"\(16,\)"):
+        retargeter.retarget(np.zeros(16))
+    with pytest.raises(InputError, match=r"\(0, 22\)"):
+        retargeter.retarget(np.zeros((0, 22)))
+    with pytest.raises(InputError, match="finite"):
+        retargeter.retarget(np.full(22, np.nan))
+    with pytest.raises(InputError, match="step 0"):
+        retargeter.retarget(np.zeros(22), max_step=0.0)
+    with pytest.raises(InputError, match="gain -1"):
+        retargeter.retarget(np.zeros(22), max_gain=-1.0)
+    with pytest.raises(InputError, match="opening scale"):
+        Retargeter(robot, opening_scale=-1.0)
+    with pytest.raises(InputError, match="hand length"):
+        Retargeter(robot, hand_length=2.0)

@@ -1,0 +1,244 @@
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from sklearn.decomposition import PCA
+
+from handsim.joints import UPPER
+from handsim.learning.controller import GraspController
+from handsim.learning.demonstration import demonstrations_of
+from handsim.learning.direction.learner import DirectionLearner
+from handsim.learning.learn import learn_controller
+from handsim.learning.subspace import PostureSubspace
+from handsim.navigation.bspline import TensorBSpline
+from handsim.navigation.function import NavigationFunction
+from handsim.navigation.obstacle import ExponentialObstacle
+from handsim.navigation.paths import at_arc_length
+from handsim.navigation.workspace import lay_basis
+from handsim.recordings.folder import Recording, RecordingSet
+from handsim.viewing.figures import figures
+from handsim.viewing.figures.figures import (
+    components_figure,
+    draw_eigengrasps,
+    field_figure,
+    learning_figure,
+    level_sets_figure,
+    make_figures,
+    paths_figure,
+    variance_figure,
+)
+from handsim.viewing.figures.style import BLUE, GREEN, VERMILION, save_figure
+
+
+def closing(seed: int, n: int = 41) -> Recording:
+    rng = np.random.default_rng(seed)
+    time = np.linspace(0, 1, n)
+    share = 10 * time**3 - 15 * time**4 + 6 * time**5
+    q = np.outer(share, UPPER * rng.uniform(0.3, 0.7, 22))
+    q += np.outer(np.sin(np.pi * share), 0.2 * rng.normal(size=22))
+    return Recording(f"r{seed}", time, q, seed + 1, "synthetic", "cube", "cube-raise", 0.19, 0.085)
+
+
+@pytest.fixture(scope="module")
+def recordings() -> RecordingSet:
+    return RecordingSet(tuple(closing(seed) for seed in range(5)))
+
+
+@pytest.fixture(scope="module")
+def controller(recordings: RecordingSet) -> GraspController:
+    return learn_controller(recordings, n_components=3).controller
+
+
+@pytest.fixture(scope="module")
+def flat(recordings: RecordingSet) -> tuple[DirectionLearner, list[np.ndarray]]:
+    """A 2-dimensional fit and its paths."""
+    postures = [recording.q for recording in recordings]
+    pca = PCA(2).fit(np.vstack(postures))
+    paths = [pca.transform(q) for q in postures]
+    return DirectionLearner(n_refinements=0, n_iterations=20).fit(paths), paths
+
+
+def labels(figure: Figure) -> set[str]:
+    found = set()
+    for axes in figure.axes:
+        for name in ("x", "y", "z"):
+            found |= (
+                {getattr(axes, f"get_{name}label")()} if hasattr(axes, f"{name}axis") else set()
+            )
+    return found - {""}
+
+
+def curves(figure: Figure, panel: int, colour: str) -> list[np.ndarray]:
+    """Data of the lines of a colour, (n, 2) each; markers alone are left out."""
+    lines = [line for line in figure.axes[panel].lines if line.get_color() == colour]
+    return [line.get_xydata() for line in lines if line.get_linestyle() != "None"]
+
+
+def points(figure: Figure, panel: int, colour: str) -> np.ndarray:
+    lines = [line for line in figure.axes[panel].lines if line.get_color() == colour]
+    return np.vstack([line.get_xydata() for line in lines if line.get_marker() not in ("None", "")])
+
+
+def test_level_sets_show_both_paths_over_the_whole_workspace(
+    flat: tuple[DirectionLearner, list[np.ndarray]],
+) -> None:
+    learner, paths = flat
+    figure = level_sets_figure(learner.navigation_, paths[0], paths[1])
+    axes = figure.axes[0]
+    obstacle = learner.navigation_.obstacle
+    np.testing.assert_allclose(axes.get_xlim(), np.rad2deg([obstacle.lower[0], obstacle.upper[0]]))
+    np.testing.assert_allclose(axes.get_ylim(), np.rad2deg([obstacle.lower[1], obstacle.upper[1]]))
+    (followed,) = curves(figure, 0, VERMILION)
+    np.testing.assert_allclose(followed, np.rad2deg(paths[1]))
+    np.testing.assert_allclose(points(figure, 0, VERMILION)[-1], np.rad2deg(paths[0][-1]))
+    assert labels(figure) == {"PC 1 [deg]", "PC 2 [deg]", "φ"}
+    lowest = axes.collections[0].get_paths()[0]  # of the filled levels
+    assert lowest.contains_point(np.rad2deg(paths[0][-1]))
+
+
+def test_learning_shows_every_iteration(flat: tuple[DirectionLearner, list[np.ndarray]]) -> None:
+    learner, _ = flat
+    history = learner.history_
+    figure = learning_figure(learner.navigation_, history)
+    for panel, values in ((1, history.cost), (2, history.gradient_norm), (3, history.change)):
+        (curve,) = curves(figure, panel, BLUE)
+        np.testing.assert_allclose(curve[:, 0], np.arange(1, len(values) + 1))
+        np.testing.assert_allclose(curve[:, 1], values)
+    assert {"cost J", "iteration", "ln β", "PC 1 [deg]"} <= labels(figure)
+
+
+def test_field_shows_three_slices_through_the_destination(controller: GraspController) -> None:
+    path = controller.path(*np.array([[d.z_start, d.z_goal] for d in controller.demonstrations])[0])
+    figure = field_figure(controller.navigation, path.points)
+    for panel, pair in enumerate([(0, 1), (0, 2), (1, 2)]):
+        goal = np.rad2deg(path.points[-1, pair])
+        np.testing.assert_allclose(points(figure, panel, VERMILION)[-1], goal)
+        axes = figure.axes[panel]
+        assert (axes.get_xlabel(), axes.get_ylabel()) == tuple(f"PC {i + 1} [deg]" for i in pair)
+
+
+def test_variance_is_that_of_scikit_learn(recordings: RecordingSet) -> None:
+    q = np.vstack([recording.q for recording in recordings])
+    figure = variance_figure(q, 3)
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    expected = 100 * np.cumsum(PCA().fit(q).explained_variance_ratio_)
+    np.testing.assert_allclose(heights, expected, rtol=1e-9)
+    assert figure.axes[0].texts[0].get_text() == f"3 components: {expected[2]:.1f} %"
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_paths_are_shown_with_their_ends(n: int) -> None:
+    rng = np.random.default_rng(n)
+    recorded = [rng.normal(size=(20, n)) for _ in range(6)]
+    followed = [path[::2] for path in recorded]
+    figure = paths_figure(recorded, followed)
+    flat = [i for i, axes in enumerate(figure.axes) if not hasattr(axes, "zaxis")]
+    assert len(flat) == (1 if n == 2 else 3)
+    for panel in flat:
+        for colour, paths in ((BLUE, recorded), (VERMILION, followed)):
+            shown = curves(figure, panel, colour)
+            assert len(shown) == len(paths)
+        pick = [
+            int(text[3]) - 1
+            for text in (figure.axes[panel].get_xlabel(), figure.axes[panel].get_ylabel())
+        ]
+        np.testing.assert_allclose(curves(figure, panel, BLUE)[0], np.rad2deg(recorded[0][:, pick]))
+        starts = np.rad2deg([path[0, pick] for path in recorded])
+        np.testing.assert_allclose(points(figure, panel, GREEN), starts)
+
+
+def test_components_run_over_normalised_arc_length() -> None:
+    rng = np.random.default_rng(0)
+    recorded = [rng.normal(size=(20, 2)) for _ in range(3)]
+    pictures = [[np.full((8, 8, 3), 40 * j, np.uint8) for j in range(3)] for _ in range(2)]
+    figure = components_figure(recorded, recorded, pictures, reach=2.0)
+    assert len(figure.axes) == 2 * 4
+    for i in range(2):
+        curve = curves(figure, 4 * i, BLUE)[1]
+        expected = np.rad2deg(at_arc_length(recorded[1], curve[:, 0])[:, i])
+        np.testing.assert_allclose(curve[:, 1], expected)
+        assert curve[0, 0] == 0
+        assert curve[-1, 0] == 1
+        for j in range(3):
+            shown = figure.axes[4 * i + j + 1].images[0].get_array()
+            np.testing.assert_array_equal(shown, pictures[i][j])
+    assert [axes.get_title() for axes in figure.axes[1:4]] == ["−2 σ", "mean", "+2 σ"]
+
+
+def test_eigengrasps_go_both_ways_from_the_mean(
+    rendering: str, controller: GraspController
+) -> None:
+    pictures = draw_eigengrasps(controller.subspace, size=64)
+    assert len(pictures) == 3
+    for below, mean, above in pictures:
+        np.testing.assert_array_equal(mean, pictures[0][1])
+        assert (below != above).any()
+        assert (below != mean).any()
+
+
+@pytest.mark.ci
+@pytest.mark.slow
+def test_all_figures_in_both_formats(
+    rendering: str,
+    controller: GraspController,
+    recordings: RecordingSet,
+    target: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    done: list[float] = []
+    titles = []
+    original = figures.save_figure
+
+    def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+        titles.append(figure.get_suptitle())
+        return original(figure, folder, name)
+
+    monkeypatch.setattr(figures, "save_figure", save)
+    written = make_figures(controller, recordings, target, done.append)
+    assert titles == ["synthetic recordings"] * 6
+    assert sorted(path.name for path in written) == sorted(path.name for path in target.iterdir())
+    stems = {path.stem for path in written}
+    assert {stem.split("_")[0] for stem in stems} == {
+        "fig1b",
+        "fig3",
+        "fig4",
+        "fig5",
+        "fig6",
+        "fig7",
+    }
+    assert {path.suffix for path in written} == {".png", ".svg"}
+    assert done[-1] == 1.0
+    for path in written:
+        if path.suffix == ".png":
+            with Image.open(path) as image:
+                assert min(image.size) > 400
+                assert np.ptp(np.asarray(image.convert("L"))) > 200
+        else:
+            assert ElementTree.parse(path).getroot().tag.endswith("svg")
+
+
+@pytest.mark.ci
+@pytest.mark.slow
+def test_one_component_leaves_out_what_needs_a_plane(
+    rendering: str, recordings: RecordingSet, target: Path
+) -> None:
+    subspace = PostureSubspace(1).fit(np.vstack([recording.q for recording in recordings]))
+    basis, width = lay_basis([subspace.transform(r.q) for r in recordings], (7,))
+    straight = ExponentialObstacle(TensorBSpline(basis, np.zeros(basis.n_coefficients)), width)
+    controller = GraspController(
+        subspace, NavigationFunction(straight, 4.0), demonstrations_of(recordings, subspace)
+    )
+    names = {path.stem.split("_")[0] for path in make_figures(controller, recordings, target)}
+    assert names == {"fig1b", "fig3", "fig5", "fig7"}
+
+
+def test_same_figure_same_bytes(target: Path, recordings: RecordingSet) -> None:
+    q = np.vstack([recording.q for recording in recordings])
+    contents = []
+    for _ in range(2):
+        paths = save_figure(variance_figure(q, 2), target, "a")
+        contents.append([path.read_bytes() for path in paths])
+    assert contents[0] == contents[1]

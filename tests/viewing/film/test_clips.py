@@ -1,0 +1,193 @@
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+from handsim.errors import InputError
+from handsim.types import Frame
+from handsim.viewing.film.clips import (
+    Clip,
+    _Player,
+    frame_times,
+    render_clips,
+    render_sheet,
+    save_clips,
+)
+from handsim.viewing.film.offscreen import View, open_offscreen
+
+SMALL = View(camera="fixed", width=64, height=48, fps=10)
+
+
+def lift(model: mujoco.MjModel, duration: float = 1.0, height: float = 0.6) -> Clip:
+    """The ball goes up and turns about x by a right angle."""
+    time = np.linspace(0, duration, 11)
+    share = time / duration
+    turns = Slerp([0, 1], Rotation.from_euler("x", [[0], [90]], degrees=True))(share)
+    qpos = np.column_stack(
+        [0 * time, 0 * time, 0.3 + height * share, turns.as_quat(scalar_first=True)]
+    )
+    return Clip(model, 5.0 + time, qpos)
+
+
+def drawn(clips: list[Clip], view: View, columns: int | None = None) -> list[Frame]:
+    return list(render_clips(clips, view, columns))
+
+
+class Stamp:
+    """An overlay that writes down when it was asked to draw."""
+
+    def __init__(self) -> None:
+        self.times: list[float] = []
+
+    def draw(self, frame: Frame, time: float) -> None:
+        self.times.append(time)
+        frame[:4, :4] = (255, 0, 255)
+
+
+@pytest.mark.parametrize("fps", [1, 24, 29.97, 30, 60])
+@pytest.mark.parametrize("duration", [0.0, 0.03, 1.0, 1.99, 10.0])
+def test_a_video_lasts_as_long_as_the_movement_to_within_one_frame(
+    fps: float, duration: float
+) -> None:
+    times = frame_times(duration, fps)
+    assert times[0] == 0
+    assert times[-1] <= duration + 1e-6
+    assert abs(len(times) / fps - duration) <= 1 / fps + 1e-6
+    np.testing.assert_allclose(np.diff(times), 1 / fps)
+
+
+@pytest.mark.parametrize("time", [0.0, 0.1, 0.1234, 0.55, 1.0, 7.0])
+def test_states_between_samples_lie_on_the_shortest_way(
+    rendering: str, ball: mujoco.MjModel, time: float
+) -> None:
+    clip = lift(ball)
+    sparse = Clip(ball, clip.time[[0, 10]], clip.qpos[[0, 10]])
+    with open_offscreen(16, 16) as offscreen:
+        players = [_Player(each, offscreen, "fixed") for each in (clip, sparse)]
+        for player in players:
+            player._pose(time)
+    share = min(time, 1.0)
+    expected = Rotation.from_euler("x", 90 * share, degrees=True).as_quat(scalar_first=True)
+    for player in players:
+        np.testing.assert_allclose(player.data.qpos[2], 0.3 + 0.6 * share, atol=1e-12)
+        np.testing.assert_allclose(player.data.qpos[3:], expected, atol=1e-12)
+
+
+def test_frames_follow_the_movement_and_end_with_it(rendering: str, ball: mujoco.MjModel) -> None:
+    frames = drawn([lift(ball)], SMALL)
+    assert len(frames) == 11
+    assert all(frame.shape == (48, 64, 3) for frame in frames)
+    assert len({frame.tobytes() for frame in frames}) == 11
+    heights = [np.nonzero((frame > 110).all(axis=-1))[0].mean() for frame in frames]
+    assert all(np.diff(heights) < 0), "the ball rises in the picture"
+
+
+def test_a_movement_of_one_state_is_one_frame(rendering: str, ball: mujoco.MjModel) -> None:
+    clip = Clip(ball, np.zeros(1), ball.qpos0[None])
+    assert len(drawn([clip], SMALL)) == 1
+
+
+def test_overlays_are_drawn_on_every_frame_at_its_time(
+    rendering: str, ball: mujoco.MjModel
+) -> None:
+    stamp = Stamp()
+    clip = lift(ball)
+    frames = drawn([Clip(ball, clip.time, clip.qpos, (stamp,))], SMALL)
+    np.testing.assert_allclose(stamp.times, np.arange(11) / 10, atol=1e-9)
+    assert all((frame[:4, :4] == (255, 0, 255)).all() for frame in frames)
+
+
+def test_grid_holds_each_movement_in_its_cell(rendering: str, ball: mujoco.MjModel) -> None:
+    clips = [lift(ball), lift(ball, height=0.1), lift(ball, duration=0.5)]
+    view = View(camera="fixed", width=130, height=97, fps=10)
+    grid = drawn(clips, view)
+    assert len(grid) == 11
+    assert grid[0].shape == (97, 130, 3)
+    cell = View(camera="fixed", width=65, height=48, fps=10)
+    for clip, rows, columns in (
+        (clips[0], slice(0, 48), slice(0, 65)),
+        (clips[1], slice(0, 48), slice(65, 130)),
+        (clips[2], slice(48, 96), slice(0, 65)),
+    ):
+        alone = drawn([clip], cell)
+        for i, frame in enumerate(grid):
+            np.testing.assert_array_equal(frame[rows, columns], alone[min(i, len(alone) - 1)])
+    assert (grid[0][48:96, 65:] == 255).all(), "the place left empty"
+
+
+def test_side_by_side(rendering: str, ball: mujoco.MjModel) -> None:
+    frames = drawn([lift(ball), lift(ball)], View("fixed", 128, 48, fps=2), columns=2)
+    assert frames[0].shape == (48, 128, 3)
+    np.testing.assert_array_equal(frames[1][:, :64], frames[1][:, 64:])
+
+
+def test_sheet_spreads_states_over_the_way_not_over_time(
+    rendering: str, ball: mujoco.MjModel
+) -> None:
+    clip = lift(ball)
+    waiting = Clip(
+        ball,
+        np.concatenate([clip.time - 100, clip.time]),
+        np.concatenate([clip.qpos[:1].repeat(11, axis=0), clip.qpos]),
+        (Stamp(),),
+    )
+    sheet = render_sheet(waiting, SMALL, n=4, columns=4)
+    assert sheet.shape == (48, 4 * 64 + 3 * 2, 3)
+    cells = [sheet[:30, i * 66 : i * 66 + 64] for i in range(4)]
+    assert len({cell.tobytes() for cell in cells}) == 4, "no posture is shown twice"
+    assert not (sheet == (255, 0, 255)).all(axis=-1).any(), "overlays are left out"
+
+
+def test_sheet_of_a_movement_that_stays_is_one_picture(
+    rendering: str, ball: mujoco.MjModel
+) -> None:
+    clip = Clip(ball, np.arange(3.0), ball.qpos0[None].repeat(3, axis=0))
+    assert render_sheet(clip, SMALL, n=8).shape == (48, 64, 3)
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_suffix_chooses_video(
+    rendering: str, ball: mujoco.MjModel, target: Path, suffix: str
+) -> None:
+    assert save_clips([lift(ball)], target / f"a{suffix}", SMALL) == 11
+
+
+def test_suffix_chooses_picture(rendering: str, ball: mujoco.MjModel, target: Path) -> None:
+    from PIL import Image
+
+    assert save_clips([lift(ball)], target / "one.png", SMALL, n_postures=6, columns=3) == 6
+    assert save_clips([lift(ball)] * 5, target / "five.png", SMALL, columns=5) == 5
+    with Image.open(target / "one.png") as image:
+        assert image.size == (3 * 64 + 2 * 2, 2 * 48 + 2)
+    with Image.open(target / "five.png") as image:
+        assert image.size == (5 * 64 + 4 * 2, 48)
+
+
+def test_arrays_that_do_not_belong_together(ball: mujoco.MjModel) -> None:
+    with pytest.raises(InputError, match=r"qpos of shape \(3, 6\) for 3 times; give \(3, 7\)"):
+        Clip(ball, np.arange(3.0), np.zeros((3, 6)))
+    with pytest.raises(InputError, match="does not increase"):
+        Clip(ball, np.array([0.0, 1.0, 1.0]), np.zeros((3, 7)))
+    with pytest.raises(InputError, match="no movements"):
+        drawn([], SMALL)
+
+
+def test_cells_too_small_to_draw(ball: mujoco.MjModel) -> None:
+    with pytest.raises(InputError, match="5 x 1 movements in 64x48 pixels leave 12x48 each"):
+        drawn([lift(ball)] * 5, SMALL, columns=5)
+
+
+def test_context_is_freed_when_only_some_frames_are_taken(
+    rendering: str, ball: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    freed = []
+    stream = render_clips([lift(ball)], SMALL)
+    next(stream)
+    original = mujoco.MjrContext.free
+    monkeypatch.setattr(
+        mujoco.MjrContext, "free", lambda context: (freed.append(1), original(context))
+    )
+    stream.close()
+    assert freed == [1]

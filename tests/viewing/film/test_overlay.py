@@ -1,0 +1,133 @@
+import numpy as np
+import pytest
+
+from handsim.types import Frame
+from handsim.viewing.film.overlay import (
+    FORCE_COLOUR,
+    PATH_COLOUR,
+    Caption,
+    ForceBars,
+    SubspaceInset,
+    _round_length,
+    draw_text,
+)
+
+
+def grey(value: int = 128, size: tuple[int, int] = (240, 320)) -> Frame:
+    return np.full((*size, 3), value, np.uint8)
+
+
+def changed(frame: Frame, value: int = 128) -> tuple[np.ndarray, np.ndarray]:
+    return np.nonzero((frame != value).any(axis=-1))
+
+
+@pytest.mark.parametrize("value", [0, 128, 255])
+def test_text_is_legible_on_any_background(value: float) -> None:
+    frame = grey(value)
+    draw_text(frame, ["tall-glass-drink"], (10, 20), 14)
+    assert frame.min() < 40, "dark letters"
+    assert frame.max() > 220, "light edge"
+
+
+def test_text_stays_where_it_is_put() -> None:
+    frame = grey()
+    draw_text(frame, ["Mg"], (50, 60), 16)
+    rows, columns = changed(frame)
+    assert rows.min() >= 60
+    assert rows.max() < 60 + 1.6 * 16
+    assert columns.min() >= 50
+    assert columns.max() < 50 + 2.5 * 16
+
+
+def test_lines_lie_one_under_the_other() -> None:
+    one, two = grey(), grey()
+    draw_text(one, ["abc"], (5, 5), 20)
+    draw_text(two, ["", "abc"], (5, 5), 20)
+    np.testing.assert_array_equal(one[:-26], two[26:])
+
+
+@pytest.mark.parametrize("at", [(-20, -5), (310, 230), (1000, 1000), (-1000, 0)])
+def test_text_is_cut_off_at_the_edges(at: tuple[int, int]) -> None:
+    frame = grey()
+    draw_text(frame, ["a long line of text"], at, 20)
+    assert frame.shape == (240, 320, 3)
+
+
+def test_caption_shows_time_and_the_present_phase() -> None:
+    caption = Caption(("cup-drink",), ((0.0, "approach"), (0.5, "close")))
+    frames = [grey() for _ in range(4)]
+    for frame, time in zip(frames, (0.1, 0.1, 0.2, 0.6), strict=True):
+        caption.draw(frame, time)
+    for frame, line in ((frames[0], "0.10 s  approach"), (frames[3], "0.60 s  close")):
+        expected = grey()
+        draw_text(expected, ["cup-drink", line], (0.5 * 11, 0.4 * 11), 11)
+        np.testing.assert_array_equal(frame, expected)
+    np.testing.assert_array_equal(frames[0], frames[1])
+    assert (frames[0] != frames[2]).any()
+
+
+def test_bars_are_as_long_as_the_forces_at_that_time() -> None:
+    force = np.array([[0.0, 0.0], [4.0, 8.0]])
+    bars = ForceBars(np.array([0.0, 1.0]), force, ("thumb", "index"))
+    before, after = grey(), grey()
+    bars.draw(before, 0.99)
+    bars.draw(after, 1.0)
+    assert not (before == FORCE_COLOUR).all(axis=-1).any()
+    rows, columns = np.nonzero((after == FORCE_COLOUR).all(axis=-1))
+    middle = (rows.min() + rows.max()) / 2
+    lengths = [np.ptp(columns[half]) + 1 for half in (rows < middle, rows > middle)]
+    assert lengths == [pytest.approx(320 / 12, abs=1), pytest.approx(320 / 6, abs=1)]
+
+
+def test_bars_without_any_force() -> None:
+    frame = grey()
+    ForceBars(np.zeros(1), np.zeros((1, 1)), ("palm",)).draw(frame, 0.0)
+    assert not (frame == FORCE_COLOUR).all(axis=-1).any()
+
+
+def test_inset_shows_where_the_movement_is() -> None:
+    time = np.linspace(0, 1, 11)
+    inset = SubspaceInset(time, np.stack([time, 0 * time, time], axis=1))
+    places = []
+    for at in (0.0, 0.5, 1.0):
+        frame = grey()
+        inset.draw(frame, at)
+        rows, columns = np.nonzero((frame == PATH_COLOUR).all(axis=-1))
+        places.append((columns.max(), rows.mean()))
+        outside = frame[:, : -72 - 72 // 16]
+        assert (outside == 128).all(), "nothing beyond the inset"
+    (x0, y0), (x1, y1), (x2, y2) = places
+    assert x1 - x0 == pytest.approx(x2 - x1, abs=1.5)
+    assert x1 - x0 > 10
+    assert y0 == pytest.approx(y1, abs=1) == pytest.approx(y2, abs=1)
+
+
+def test_inset_has_its_second_coordinate_upwards() -> None:
+    up, down = grey(), grey()
+    inset = SubspaceInset(np.arange(2.0), np.array([[0, 0], [1.0, 1.0]]))
+    inset.draw(down, 0.0)
+    inset.draw(up, 1.0)
+    lowest, highest = (np.nonzero((f == PATH_COLOUR).all(axis=-1))[0].min() for f in (down, up))
+    assert highest < lowest - 20
+
+
+def test_inset_shows_the_path_to_compare_with() -> None:
+    time = np.linspace(0, 1, 11)
+    z = np.stack([time, time], axis=1)
+    plain, compared = grey(), grey()
+    SubspaceInset(time, z).draw(plain, 0.0)
+    SubspaceInset(time, z, reference=z ** [1, 2]).draw(compared, 0.0)
+    assert (plain != compared).any(axis=-1).sum() > 20
+
+
+def test_inset_of_a_movement_that_stays() -> None:
+    frame = grey()
+    SubspaceInset(np.zeros(1), np.zeros((1, 3))).draw(frame, 0.0)
+    assert (frame == PATH_COLOUR).all(axis=-1).any()
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"), [(0.999, 0.5), (1.0, 1), (3.7, 2), (19.9, 10), (20, 20), (63, 50)]
+)
+def test_scale_bar_has_a_round_length(value: float, expected: float) -> None:
+    assert _round_length(value) == pytest.approx(expected)
