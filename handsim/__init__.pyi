@@ -36,3 +36,4 @@ from .tasks.lift import lift_task as lift_task
 from .tasks.scene import build_scene as build_scene
 from .tasks.table_one import TASKS as TASKS
 from .tasks.table_one import task_by_name as task_by_name
+from .types import HandSize as HandSize

@@ -1,10 +1,13 @@
 """Types that all rooms share."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+
+from handsim.errors import UnknownNameError
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -17,3 +20,39 @@ SIDES: tuple[Side, ...] = ("right", "left")
 
 Progress = Callable[[float], None]
 """Called with the fraction done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class HandSize:
+    """Size and side of a person's hand; by default the right hand of a man of median size.
+
+    The median is that of ANSUR II (2012), US Army. What sizes can be built is checked where a hand
+    is built.
+
+    Attributes
+    ----------
+    length
+        Wrist crease to the tip of the middle finger [m].
+    breadth
+        Across the metacarpal heads of the four fingers [m].
+    side
+        ``right`` or ``left``.
+
+    Raises
+    ------
+    UnknownNameError
+        If ``side`` is neither.
+    """
+
+    length: float = 0.1933
+    breadth: float = 0.0883
+    side: Side = "right"
+
+    def __post_init__(self) -> None:
+        """Check the side."""
+        if self.side not in SIDES:
+            raise UnknownNameError("side", self.side, SIDES)
+
+
+MEDIAN_HAND = HandSize()
+"""The right hand of a man of median size."""

@@ -15,6 +15,7 @@ import pytest
 
 from handsim.joints import LOWER, N_JOINTS, UPPER
 from handsim.recordings.recording import Recording, RecordingSet
+from handsim.types import HandSize
 
 Frame = np.ndarray
 ROOT = Path(__file__).parents[1]
@@ -97,6 +98,6 @@ def recordings() -> RecordingSet:
         name = f"object-{i // 3}"
         made.append(
             Recording(f"{name}-{i % 3}", np.arange(len(z)) / 50, q, i + 1, "made-up", name,
-                      f"{name}-grasp", 0.19, 0.085)
+                      f"{name}-grasp", HandSize(0.19, 0.085))
         )  # fmt: skip
     return RecordingSet(tuple(made))

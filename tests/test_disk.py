@@ -19,6 +19,7 @@ from handsim.files import data_folder
 from handsim.grasping.sweep.table import open_table
 from handsim.hand.export import write_hand
 from handsim.recordings.folder import read_recordings, write_recordings
+from handsim.types import MEDIAN_HAND
 from handsim.viewing.film.video import write_image, write_video
 
 EXPERIMENTS = data_folder("assets") / "experiments"
@@ -209,7 +210,7 @@ def test_a_folder_for_the_hand_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     for folder in (tmp_path / "file", tmp_path / "file" / "sub"):
         with pytest.raises(FileError, match=r"cannot be made .*; .*choose another") as raised:
-            write_hand(folder)
+            write_hand(MEDIAN_HAND, folder)
         assert str(raised.value).startswith(f"{folder}: ")
 
 

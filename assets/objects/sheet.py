@@ -26,7 +26,7 @@ WIDTH, HEIGHT = 320, 280
 
 def portrait(name: str) -> Picture:
     """Return one object as it rests on the table, (HEIGHT, WIDTH, 3)."""
-    model = build_scene(name, with_hand=False).compile()
+    model = build_scene(name, None).compile()
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=50)
     camera = mujoco.MjvCamera()

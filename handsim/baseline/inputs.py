@@ -44,7 +44,7 @@ def recording_inputs(recordings: RecordingSet) -> dict[str, str]:
     """Hash every recording."""
     return {
         f"recordings/{r.name}": content_digest(
-            r.time, r.q, r.hand_length, r.hand_breadth, r.task, r.object
+            r.time, r.q, r.hand.length, r.hand.breadth, r.task, r.object
         )
         for r in recordings
     }
@@ -66,11 +66,8 @@ def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
     hashes[f"schedule/{name}"] = content_digest(schedule_for(scene.task))
     hashes[f"plan/{name}"] = content_digest(plan)
     hashes[f"glove/{name}"] = content_digest(DataGlove())
-    conditions = scene.conditions
-    return hashes | {
-        f"condition/{field.name}": _said(getattr(conditions, field.name))
-        for field in fields(conditions)
-    }
+    conditions = scene.conditions.as_json()
+    return hashes | {f"condition/{field}": _said(value) for field, value in conditions.items()}
 
 
 def _measured(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

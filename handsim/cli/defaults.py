@@ -10,6 +10,7 @@ from handsim.files import data_folder
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
 from handsim.recordings.folder import RecordingSet, read_recordings
+from handsim.types import MEDIAN_HAND, HandSize, Side
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -122,3 +123,12 @@ def _check_learned_from(
             f"{path or 'the built-in controller'} was not learned from "
             f"{folder or 'the built-in experiments'}; name its recordings with --recordings"
         )
+
+
+def hand_size(length: float | None, breadth: float | None, side: Side) -> HandSize:
+    """Return a size of hand; what is left out is that of a man of median size."""
+    return HandSize(
+        MEDIAN_HAND.length if length is None else length,
+        MEDIAN_HAND.breadth if breadth is None else breadth,
+        side,
+    )

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from handsim.grasping.planning.grasper import Grasper
     from handsim.grasping.rollout.record import Rollout
     from handsim.tasks.task import Task
-    from handsim.types import Side
+    from handsim.types import HandSize
 
 
 def grasp(
@@ -72,10 +72,11 @@ def grasp(
     """Grasp in physics and judge the outcome."""
     check_gl()
 
+    from handsim.cli.defaults import hand_size
     from handsim.grasping.judging.protocols import JudgedTask, judge_runs, summarise
 
     tasks = _tasks(task, leave_out)
-    conditions = _conditions(seed, hand_length, hand_breadth, side, friction)
+    conditions = _conditions(hand_size(hand_length, hand_breadth, side), seed, friction)
     grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
     if output is not None:
         output.mkdir(exist_ok=True)
@@ -116,26 +117,12 @@ def _tasks(name: str, left_out: str | None) -> "list[Task]":
     return tasks
 
 
-def _conditions(
-    seed: int,
-    hand_length: float | None,
-    hand_breadth: float | None,
-    side: "Side",
-    friction: float | None,
-) -> "Conditions":
+def _conditions(hand: "HandSize", seed: int, friction: float | None) -> "Conditions":
     from handsim.grasping.conditions import Conditions
-    from handsim.hand.anthropometry import hand_geometry
 
-    default = Conditions()
-    conditions = Conditions(
-        seed=seed,
-        hand_length=default.hand_length if hand_length is None else hand_length,
-        hand_breadth=default.hand_breadth if hand_breadth is None else hand_breadth,
-        side=side,
-        friction=default.friction if friction is None else friction,
-    )
-    hand_geometry(conditions.hand_length, conditions.hand_breadth)  # refuses what is no hand
-    return conditions
+    if friction is None:
+        return Conditions(seed=seed, hand=hand)
+    return Conditions(seed=seed, hand=hand, friction=friction)
 
 
 def _grasper(

@@ -20,16 +20,11 @@ def build(
     """Write the hand as MJCF that plain MuJoCo loads."""
     check_gl()
 
-    from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
+    from handsim.cli.defaults import hand_size
     from handsim.hand.export import write_hand
 
-    path = write_hand(
-        output,
-        hand_length=hand_length if hand_length is not None else HAND_LENGTH,
-        hand_breadth=hand_breadth if hand_breadth is not None else HAND_BREADTH,
-        side=side,
-    )
-    note(f"wrote {path}")
+    size = hand_size(hand_length, hand_breadth, side)
+    note(f"wrote {write_hand(size, output)}")
 
 
 @app.callback()

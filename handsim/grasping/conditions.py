@@ -1,14 +1,15 @@
 """What a run is made with, apart from controller and plan."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from handsim.errors import InputError
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH, hand_geometry
+from handsim.hand.anthropometry import HandGeometry
 from handsim.hand.mjcf import FRICTION
 from handsim.tasks.scene import HAND_FRICTION_RANGE
-from handsim.types import Side
+from handsim.types import MEDIAN_HAND, HandSize
 
 LIMITS: dict[str, tuple[float, float]] = {
     "seed": (0, 2**63 - 1),
@@ -31,8 +32,8 @@ class Conditions:
         Seed of the glove's noise and of the perturbations.
     nominal
         True when nothing was perturbed.
-    hand_length, hand_breadth, side
-        Size [m] and side of the hand.
+    hand
+        Its size and side.
     friction
         Sliding friction of the hand.
     mass_scale
@@ -50,9 +51,7 @@ class Conditions:
 
     seed: int = 0
     nominal: bool = True
-    hand_length: float = HAND_LENGTH
-    hand_breadth: float = HAND_BREADTH
-    side: Side = "right"
+    hand: HandSize = MEDIAN_HAND
     friction: float = FRICTION[0]
     mass_scale: float = 1.0
     object_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -60,7 +59,7 @@ class Conditions:
 
     def __post_init__(self) -> None:
         """Check all values."""
-        hand_geometry(self.hand_length, self.hand_breadth)
+        HandGeometry(self.hand)
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:
@@ -69,6 +68,19 @@ class Conditions:
             raise InputError(
                 f"object_offset of {self.object_offset} is beyond {MAX_OFFSET:g} m or rad"
             )
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the conditions as they stand in files, length, breadth and side one by one."""
+        values = asdict(self)
+        hand = values.pop("hand")
+        return {
+            "seed": values.pop("seed"),
+            "nominal": values.pop("nominal"),
+            "hand_length": hand["length"],
+            "hand_breadth": hand["breadth"],
+            "side": hand["side"],
+            **values,
+        }
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.rollout.record import Phase, Rollout
 from handsim.joints import CONTACT_PARTS, N_JOINTS
 from handsim.tasks.rules import Outcome
-from handsim.types import Array
+from handsim.types import Array, HandSize
 
 if TYPE_CHECKING:
     pass
@@ -52,7 +52,7 @@ def write_rollout(rollout: Rollout, path: Path) -> None:
         "driver": rollout.driver,
         "model_xml": rollout.model_xml,
         "phases": [asdict(phase) for phase in rollout.phases],
-        "conditions": asdict(rollout.conditions),
+        "conditions": rollout.conditions.as_json(),
         "outcome": asdict(rollout.outcome),
         "versions": rollout.versions,
     }
@@ -79,21 +79,30 @@ def read_rollout(path: Path) -> Rollout:
             if name.startswith(ASSET_PREFIX)
         }
         trusted_xml(_text(metadata["model_xml"]), assets)
-        conditions = _checked(Conditions, metadata["conditions"])
-        offset = tuple(float(part) for part in conditions["object_offset"])
         return Rollout(
             task=_text(metadata["task"]),
             driver=_text(metadata["driver"]),
             model_xml=metadata["model_xml"],
             assets=assets,
             phases=tuple(Phase(**_checked(Phase, phase)) for phase in metadata["phases"]),
-            conditions=Conditions(**{**conditions, "object_offset": offset}),
+            conditions=_conditions_of_json(metadata["conditions"]),
             outcome=Outcome(**_checked(Outcome, metadata["outcome"])),
             versions={_text(k): _text(v) for k, v in dict(metadata["versions"]).items()},
             **_checked_arrays(arrays),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise FileError(f"{path}: not a whole rollout ({error}); make it again") from error
+
+
+def _conditions_of_json(stored: Any) -> Conditions:
+    """Restore what `Conditions.as_json` gave."""
+    values = dict(_checked(Conditions, stored))
+    names = {"length": "hand_length", "breadth": "hand_breadth", "side": "side"}
+    of_hand = {name: values.pop(key) for name, key in names.items() if key in values}
+    x, y, yaw = (float(part) for part in values.pop("object_offset"))
+    return Conditions(
+        hand=HandSize(**_checked(HandSize, of_hand)), object_offset=(x, y, yaw), **values
+    )
 
 
 def _text(value: Any) -> str:

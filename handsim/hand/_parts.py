@@ -64,7 +64,7 @@ def add_ellipsoids(
 ) -> None:
     """Add what has mass and touches, and the site on the palm."""
     hand = spec.find_default("hand")
-    length, breadth = geometry.hand_length, geometry.hand_breadth
+    length, breadth = geometry.size.length, geometry.size.breadth
     bodies["forearm"].add_geom(  # a stub, so that the hand is not cut off at the wrist
         hand,
         name="forearm_geom",

@@ -27,7 +27,7 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.joints import FINGERS, Finger, Joint
-from handsim.types import Array
+from handsim.types import MEDIAN_HAND, Array, HandSize
 
 HAND_LENGTH_RANGE = (0.12, 0.26)
 """Hand lengths that can be built [m]: from a child of four to six deviations above the mean man."""
@@ -35,9 +35,6 @@ HAND_BREADTH_RANGE = (0.05, 0.12)
 """Hand breadths that can be built [m]."""
 DENSITY = 1100.0
 """Density of the ellipsoids [kg/m3]."""
-
-HAND_LENGTH, HAND_BREADTH = 0.1933, 0.0883
-"""Hand length and breadth of a man of median size [m] [4]."""
 
 # Segment lengths / HL [1]: proximal, middle, distal; the thumb: metacarpal, proximal, distal.
 LENGTHS: MappingProxyType[Finger, tuple[float, float, float]] = MappingProxyType(
@@ -154,10 +151,31 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class HandGeometry:
-    """A right hand of a given size; `hand_geometry` makes and validates it."""
+    """The right hand of a given size; that of a left one is its mirror image.
 
-    hand_length: float
-    hand_breadth: float
+    Parameters
+    ----------
+    size
+        Its side does not matter here.
+
+    Raises
+    ------
+    InputError
+        If length or breadth is outside `HAND_LENGTH_RANGE` or `HAND_BREADTH_RANGE`.
+    """
+
+    size: HandSize = MEDIAN_HAND
+
+    def __post_init__(self) -> None:
+        """Check that a hand of this size can be built."""
+        for name, value, (low, high) in (
+            ("hand length", self.size.length, HAND_LENGTH_RANGE),
+            ("hand breadth", self.size.breadth, HAND_BREADTH_RANGE),
+        ):
+            if not low <= value <= high:  # also true of NaN
+                raise InputError(
+                    f"{name} {value:g} m is outside {low} to {high} m; give it in metres"
+                )
 
     @cached_property
     def ellipsoids(self) -> tuple[Ellipsoid, ...]:
@@ -207,16 +225,16 @@ class HandGeometry:
         return self._point(*(middle + ring) / 2)
 
     def _point(self, x: float, y: float, z: float = 0.0) -> Array:
-        return np.array([x * self.hand_length, y * self.hand_breadth, z * self.hand_breadth])
+        return np.array([x * self.size.length, y * self.size.breadth, z * self.size.breadth])
 
     def _segments(self) -> list[Ellipsoid]:
         ellipsoids = []
         for finger in FINGERS:
             radii = RADII[finger][-3:]
             for k, (name, radius) in enumerate(zip(segment_names(finger), radii, strict=True)):
-                across = radius * self.hand_breadth
+                across = radius * self.size.breadth
                 start = -(CMC_OVERLAP if name == "thumb_metacarpal" else OVERLAP) * across
-                length = LENGTHS[finger][k] * self.hand_length
+                length = LENGTHS[finger][k] * self.size.length
                 end = length + (0.0 if k == 2 else OVERLAP * across)
                 centre = np.array([(start + end) / 2, 0.0, 0.0])
                 semi_axes = np.array([(end - start) / 2, across, across])
@@ -226,7 +244,7 @@ class HandGeometry:
     def _metacarpals(self) -> list[Ellipsoid]:
         ellipsoids = []
         for finger in FINGERS[1:]:
-            across = RADII[finger][0] * self.hand_breadth
+            across = RADII[finger][0] * self.size.breadth
             cmc, mcp = self._point(*CMC[finger]), self.mcp(finger)
             length = float(np.linalg.norm(mcp - cmc))
             body = palm_body(finger)
@@ -244,32 +262,6 @@ class HandGeometry:
             place = self._point(*centre) - self.origin_of(body)
             ellipsoids.append(Ellipsoid(name, body, place, self._point(*size), direction))
         return ellipsoids
-
-
-def hand_geometry(
-    hand_length: float = HAND_LENGTH, hand_breadth: float = HAND_BREADTH
-) -> HandGeometry:
-    """Return the geometry of a right hand.
-
-    Parameters
-    ----------
-    hand_length
-        Wrist crease to the tip of the middle finger [m].
-    hand_breadth
-        Across the metacarpal heads of the four fingers [m]. Defaults: a man of median size.
-
-    Raises
-    ------
-    InputError
-        If either is outside `HAND_LENGTH_RANGE` or `HAND_BREADTH_RANGE`.
-    """
-    for name, value, (low, high) in (
-        ("hand length", hand_length, HAND_LENGTH_RANGE),
-        ("hand breadth", hand_breadth, HAND_BREADTH_RANGE),
-    ):
-        if not low <= value <= high:  # also true of NaN
-            raise InputError(f"{name} {value:g} m is outside {low} to {high} m; give it in metres")
-    return HandGeometry(float(hand_length), float(hand_breadth))
 
 
 def segment_names(finger: Finger) -> tuple[str, str, str]:

@@ -10,13 +10,12 @@ import mujoco
 
 from handsim.disk import naming
 from handsim.files import write_text
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.hand.eigengrasps import eigengrasp_postures
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.hand.postures import POSTURES
 from handsim.joints import JOINT_INDEX
-from handsim.types import Array, Side
+from handsim.types import Array, HandSize
 
 
 def add_keyframes(spec: mujoco.MjSpec, postures: Mapping[str, Array]) -> None:
@@ -29,12 +28,7 @@ def add_keyframes(spec: mujoco.MjSpec, postures: Mapping[str, Array]) -> None:
         spec.add_key(name=name, qpos=q[order], ctrl=q)
 
 
-def write_hand(
-    folder: Path,
-    hand_length: float = HAND_LENGTH,
-    hand_breadth: float = HAND_BREADTH,
-    side: Side = "right",
-) -> Path:
+def write_hand(size: HandSize, folder: Path) -> Path:
     """Write ``right_hand.xml`` or ``left_hand.xml``, with `POSTURES` and eigengrasps as keyframes.
 
     Plain MuJoCo loads it. The folder is made if it is not there.
@@ -50,10 +44,10 @@ def write_hand(
     FileError
         If the folder cannot be made or written.
     """
-    spec = build_hand(hand_length, hand_breadth, side)
+    spec = build_hand(size)
     add_keyframes(spec, {**POSTURES, **eigengrasp_postures(HandModel.from_spec(spec).penetration)})
     spec.compile()
-    path = Path(folder) / f"{side}_hand.xml"
+    path = Path(folder) / f"{size.side}_hand.xml"
     with naming(Path(folder), "made"):
         path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, _with_position_actuators(spec.to_xml()))

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import mujoco
 import numpy.typing as npt
 
-from handsim.errors import UnknownNameError
+from handsim.errors import InputError, UnknownNameError
 from handsim.hand._parts import (
     add_actuators,
     add_bodies,
@@ -20,9 +20,9 @@ from handsim.hand._parts import (
     add_fingertips,
     add_sensors,
 )
-from handsim.hand.anthropometry import DENSITY, HAND_BREADTH, HAND_LENGTH, hand_geometry
+from handsim.hand.anthropometry import DENSITY, HandGeometry
 from handsim.physics import CONTACT_SOLREF, set_physics
-from handsim.types import SIDES, Side
+from handsim.types import MEDIAN_HAND, HandSize
 
 FRICTION = (0.8, 0.01, 2e-4)
 """Sliding [-], torsional and rolling [m] friction of skin; on glass or plastic 0.5 to 1."""
@@ -50,42 +50,33 @@ ring fingers are closest, and the palm arch turns the one into the other.
 """
 
 
-def build_hand(
-    hand_length: float = HAND_LENGTH,
-    hand_breadth: float = HAND_BREADTH,
-    side: Side = "right",
-) -> mujoco.MjSpec:
+def build_hand(size: HandSize = MEDIAN_HAND) -> mujoco.MjSpec:
     """Build the hand alone: its forearm fixed to the world, nq = nv = nu = 22.
 
     Parameters
     ----------
-    hand_length, hand_breadth
-        [m]; defaults: a man of median size.
-    side
-        ``right`` or ``left``.
+    size
+        Size and side; by default the right hand of a man of median size.
 
     Raises
     ------
     InputError
         If the size is outside what can be built.
-    UnknownNameError
-        If ``side`` is neither.
     """
     spec = mujoco.MjSpec()
-    spec.modelname = f"{side}_hand"
+    spec.modelname = f"{size.side}_hand"
     set_physics(spec)
-    mount_hand(spec, hand_length=hand_length, hand_breadth=hand_breadth, side=side)
+    mount_hand(spec, size)
     return spec
 
 
 def attach_hand(
     scene: mujoco.MjSpec,
+    size: HandSize = MEDIAN_HAND,
     pos: npt.ArrayLike = (0.0, 0.0, 0.0),
     quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
     *,
-    hand_length: float = HAND_LENGTH,
-    hand_breadth: float = HAND_BREADTH,
-    side: Side = "right",
+    prefix: str = "",
 ) -> None:
     """Add the hand to a scene on a free base that follows the mocap body ``forearm_target``.
 
@@ -96,22 +87,30 @@ def attach_hand(
     ----------
     scene
         Changed in place; compile it afterwards.
+    size
+        As in `build_hand`.
     pos, quat
         Pose of the forearm, and of its target, in the world: (3,) [m], (4,) w, x, y, z.
-    hand_length, hand_breadth, side
-        As in `build_hand`.
+    prefix
+        Put before all names of the hand. A scene with two hands needs one for the second.
+
+    Raises
+    ------
+    InputError
+        As `mount_hand`.
     """
+    _check_free(scene, size, prefix)
     set_physics(scene)
-    scene.worldbody.add_body(name="forearm_target", pos=pos, quat=quat, mocap=True)
-    size = {"hand_length": hand_length, "hand_breadth": hand_breadth}
-    forearm = mount_hand(scene, "world", pos, quat, side=side, **size)
-    forearm.add_freejoint(name="forearm")
+    target = f"{prefix}forearm_target"
+    scene.worldbody.add_body(name=target, pos=pos, quat=quat, mocap=True)
+    forearm = mount_hand(scene, size, "world", pos, quat, prefix=prefix)
+    forearm.add_freejoint(name=f"{prefix}forearm")
     scene.add_equality(
-        name="forearm_weld",
+        name=f"{prefix}forearm_weld",
         type=mujoco.mjtEq.mjEQ_WELD,
         objtype=mujoco.mjtObj.mjOBJ_BODY,
-        name1="forearm_target",
-        name2="forearm",
+        name1=target,
+        name2=f"{prefix}forearm",
         solref=WELD_SOLREF,
         data=[0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0],  # same place, torque scale 1
     )
@@ -119,13 +118,12 @@ def attach_hand(
 
 def mount_hand(
     scene: mujoco.MjSpec,
+    size: HandSize = MEDIAN_HAND,
     body: str = "world",
     pos: npt.ArrayLike = (0.0, 0.0, 0.0),
     quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
     *,
-    hand_length: float = HAND_LENGTH,
-    hand_breadth: float = HAND_BREADTH,
-    side: Side = "right",
+    prefix: str = "",
 ) -> mujoco.MjsBody:
     """Add the hand to a scene, its forearm fixed to a body: the world or the end of an arm.
 
@@ -133,12 +131,14 @@ def mount_hand(
     ----------
     scene
         Changed in place; its options are left alone (`set_physics` sets those that suit).
+    size
+        As in `build_hand`.
     body
         Name of the body that carries the forearm.
     pos, quat
         Pose of the forearm in that body: (3,) [m], (4,) w, x, y, z.
-    hand_length, hand_breadth, side
-        As in `build_hand`.
+    prefix
+        Put before all names of the hand. A scene with two hands needs one for the second.
 
     Returns
     -------
@@ -147,20 +147,39 @@ def mount_hand(
     Raises
     ------
     InputError
-        If the size is outside what can be built.
+        If the size is outside what can be built, or the scene has a hand of these names already.
     UnknownNameError
-        If ``side`` is neither, or the scene has no such body.
+        If the scene has no such body.
     """
-    if side not in SIDES:
-        raise UnknownNameError("side", side, SIDES)
     carrier = scene.body(body)
     if carrier is None:
         raise UnknownNameError("body", body, tuple(other.name for other in scene.bodies))
-    geometry = hand_geometry(hand_length, hand_breadth)
-    mirror = 1.0 if side == "right" else -1.0
+    _check_free(scene, size, prefix)
+    if prefix:
+        alone = mujoco.MjSpec()
+        alone.compiler.degree = scene.compiler.degree
+        mount_hand(alone, size)
+        scene.attach(alone, prefix=prefix, frame=carrier.add_frame())
+        forearm = scene.body(f"{prefix}forearm")
+    else:
+        forearm = _add_hand(scene, carrier, size)
+    forearm.pos, forearm.quat = pos, quat
+    return forearm
+
+
+def _check_free(scene: mujoco.MjSpec, size: HandSize, prefix: str) -> None:
+    if scene.body(f"{prefix}forearm") is not None:
+        raise InputError(
+            f"the scene has a body '{prefix}forearm' already; give a prefix such as '{size.side}_'"
+        )
+
+
+def _add_hand(scene: mujoco.MjSpec, carrier: mujoco.MjsBody, size: HandSize) -> mujoco.MjsBody:
+    """Add all parts of the hand under their own names."""
+    geometry = HandGeometry(size)
+    mirror = 1.0 if size.side == "right" else -1.0
     _add_defaults(scene)
     bodies = add_bodies(scene, carrier, geometry, mirror)
-    bodies["forearm"].pos, bodies["forearm"].quat = pos, quat
     add_ellipsoids(scene, bodies, geometry, mirror)
     add_fingertips(scene, bodies, geometry)
     add_actuators(scene, geometry)

@@ -37,18 +37,25 @@ class HandModel:
     pad_site: npt.NDArray[np.intp]
 
     @classmethod
-    def from_spec(cls, spec: mujoco.MjSpec) -> "HandModel":
-        """Compile a spec that holds a hand and find its parts."""
+    def from_spec(cls, spec: mujoco.MjSpec, prefix: str = "") -> "HandModel":
+        """Compile a spec that holds a hand and find its parts.
+
+        Parameters
+        ----------
+        spec
+        prefix
+            Of the hand's names, where the scene holds two (`attach_hand`).
+        """
         model = spec.compile()
-        joints = [model.joint(name) for name in JOINT_NAMES]
+        joints = [model.joint(prefix + name) for name in JOINT_NAMES]
         return cls(
             model,
             mujoco.MjData(model),
             np.array([joint.qposadr[0] for joint in joints]),
             np.array([joint.dofadr[0] for joint in joints]),
-            np.array([model.actuator(name).id for name in JOINT_NAMES]),
-            np.array([model.site(f"{finger}_tip").id for finger in FINGERS]),
-            np.array([model.site(f"{finger}_pad").id for finger in FINGERS]),
+            np.array([model.actuator(prefix + name).id for name in JOINT_NAMES]),
+            np.array([model.site(f"{prefix}{finger}_tip").id for finger in FINGERS]),
+            np.array([model.site(f"{prefix}{finger}_pad").id for finger in FINGERS]),
         )
 
     @property

@@ -7,13 +7,8 @@ from typing import Literal
 import numpy as np
 
 from handsim.errors import InputError, UnknownNameError
-from handsim.hand.anthropometry import (
-    HAND_BREADTH,
-    HAND_BREADTH_RANGE,
-    HAND_LENGTH,
-    HAND_LENGTH_RANGE,
-)
-from handsim.types import Array
+from handsim.hand.anthropometry import HAND_BREADTH_RANGE, HAND_LENGTH_RANGE
+from handsim.types import MEDIAN_HAND, HandSize
 
 Sex = Literal["woman", "man"]
 
@@ -42,24 +37,24 @@ POPULATIONS: MappingProxyType[Sex, Population] = MappingProxyType(
     }
 )
 
-PRESETS: MappingProxyType[str, tuple[float, float]] = MappingProxyType(
+PRESETS: MappingProxyType[str, HandSize] = MappingProxyType(
     {
-        "woman-5": (0.165, 0.072),
-        "woman-50": (0.1811, 0.0782),
-        "woman-95": (0.199, 0.085),
-        "man-5": (0.177, 0.081),
-        "man-50": (HAND_LENGTH, HAND_BREADTH),
-        "man-95": (0.210, 0.096),
+        "woman-5": HandSize(0.165, 0.072),
+        "woman-50": HandSize(0.1811, 0.0782),
+        "woman-95": HandSize(0.199, 0.085),
+        "man-5": HandSize(0.177, 0.081),
+        "man-50": MEDIAN_HAND,
+        "man-95": HandSize(0.210, 0.096),
     }
 )
-"""Hand length and breadth [m], both at the 5th, 50th or 95th percentile.
+"""Right hands with length and breadth both at the 5th, 50th or 95th percentile.
 
 Fewer than 5 % of people are as small, or as large, in both at once.
 """
 
 
-def preset(name: str) -> tuple[float, float]:
-    """Return hand length and breadth [m] of a preset, ``woman-5`` to ``man-95``.
+def preset(name: str) -> HandSize:
+    """Return the right hand of a preset, ``woman-5`` to ``man-95``.
 
     Raises
     ------
@@ -71,13 +66,13 @@ def preset(name: str) -> tuple[float, float]:
     return PRESETS[name]
 
 
-def sample_sizes(n: int, sex: Sex, seed: int) -> Array:
-    """Draw hand lengths and breadths of a population jointly.
+def sample_sizes(n: int, sex: Sex, seed: int) -> tuple[HandSize, ...]:
+    """Draw right hands of a population, length and breadth jointly.
 
     Returns
     -------
-    (n, 2) [m]
-        Hand length and breadth, clipped to what can be built (six standard deviations away).
+    n sizes
+        Clipped to what can be built (six standard deviations away).
 
     Raises
     ------
@@ -95,4 +90,5 @@ def sample_sizes(n: int, sex: Sex, seed: int) -> Array:
     correlation = np.array([[1.0, people.correlation], [people.correlation, 1.0]])
     covariance = correlation * np.outer(deviations, deviations)
     sizes = np.random.default_rng(seed).multivariate_normal(means, covariance, size=n)
-    return np.clip(sizes, *np.array([HAND_LENGTH_RANGE, HAND_BREADTH_RANGE]).T)
+    clipped = np.clip(sizes, *np.array([HAND_LENGTH_RANGE, HAND_BREADTH_RANGE]).T)
+    return tuple(HandSize(*size) for size in clipped.tolist())

@@ -72,7 +72,7 @@ def links(geometry: HandGeometry) -> tuple[Link, ...]:
         for name, fraction in zip(segment_names(finger), LENGTHS[finger], strict=True):
             bodies.append(Link(name, parent, origin, axes, _hinges(geometry, name)))
             parent, axes = name, np.eye(3)
-            origin = np.array([fraction * geometry.hand_length, 0.0, 0.0])
+            origin = np.array([fraction * geometry.size.length, 0.0, 0.0])
     return tuple(bodies)
 
 

@@ -41,9 +41,9 @@ def position_gains(geometry: HandGeometry) -> Array:
 def _lever(joint: Joint, geometry: HandGeometry) -> float:
     """Sum of the levers of the fingertip forces about a joint [m]."""
     if joint.name == "palm_arch":
-        return 2 * geometry.hand_breadth
+        return 2 * geometry.size.breadth
     if joint.finger is None:
-        return 4 * (geometry.mcp("middle")[0] + LENGTHS["middle"][0] * geometry.hand_length)
-    lever = sum(LENGTHS[joint.finger][first_segment(joint) :]) * geometry.hand_length
+        return 4 * (geometry.mcp("middle")[0] + LENGTHS["middle"][0] * geometry.size.length)
+    lever = sum(LENGTHS[joint.finger][first_segment(joint) :]) * geometry.size.length
     spreads = joint.motion == "abduction" and joint.finger != "thumb"
     return lever * (SPREADING_STRENGTH if spreads else 1.0)

@@ -52,8 +52,8 @@ def demonstrations_of(
             q_goal=r.q[-1],
             z_start=subspace.transform(r.q[0]),
             z_goal=subspace.transform(r.q[-1]),
-            hand_length=r.hand_length,
-            hand_breadth=r.hand_breadth,
+            hand_length=r.hand.length,
+            hand_breadth=r.hand.breadth,
             duration=r.duration,
         )
         for r in recordings

@@ -18,7 +18,7 @@ from handsim.errors import FileError, InputError
 from handsim.files import read_text, write_text
 from handsim.joints import JOINT_NAMES
 from handsim.recordings.recording import Recording, RecordingSet, check_frames, check_postures
-from handsim.types import Array
+from handsim.types import Array, HandSize
 
 INDEX_FILE = "experiments.csv"
 _POSTURE_COLUMNS = ("time_s", *(f"{name}_deg" for name in JOINT_NAMES))
@@ -175,8 +175,7 @@ def _recording_of_row(folder: Path, where: str, values: dict[str, str]) -> Recor
             subject=values["subject"],
             object=values["object"],
             task=values["task"],
-            hand_length=numbers["hand_length_m"],
-            hand_breadth=numbers["hand_breadth_m"],
+            hand=HandSize(numbers["hand_length_m"], numbers["hand_breadth_m"]),
         )
     except InputError as error:
         raise FileError(f"{where}: {error}") from error
@@ -218,6 +217,6 @@ def _index_text(recordings: RecordingSet) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(_INDEX_COLUMNS)
     for r in recordings:
-        sizes = (f"{r.hand_length:.6g}", f"{r.hand_breadth:.6g}")
+        sizes = (f"{r.hand.length:.6g}", f"{r.hand.breadth:.6g}")
         writer.writerow([f"{r.name}.csv", r.number, r.subject, r.object, r.task, *sizes])
     return stream.getvalue()

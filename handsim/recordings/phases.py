@@ -144,7 +144,7 @@ def summarise(recordings: RecordingSet) -> dict[str, Any]:
 
 
 def _hand_sizes(recordings: RecordingSet) -> list[tuple[float, float]]:
-    return sorted({(r.hand_length, r.hand_breadth) for r in recordings})
+    return sorted({(r.hand.length, r.hand.breadth) for r in recordings})
 
 
 def _counts(names: list[str]) -> dict[str, int]:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from handsim.content import ByContent
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_NAMES, N_JOINTS
-from handsim.types import Array
+from handsim.types import Array, HandSize
 
 SYNTHETIC = "synthetic"
 """What recordings call the person that were made by script and simulation."""
@@ -33,8 +33,8 @@ class Recording(ByContent):
         Number of the experiment (Table I of the paper for the built-in ones).
     subject, object, task
         Who moved, what was grasped, what for.
-    hand_length, hand_breadth
-        Size of the recorded hand [m].
+    hand
+        Size of the recorded hand.
     """
 
     name: str
@@ -44,8 +44,7 @@ class Recording(ByContent):
     subject: str
     object: str
     task: str
-    hand_length: float
-    hand_breadth: float
+    hand: HandSize
 
     def __post_init__(self) -> None:
         """Check the values and make the arrays read-only."""
@@ -55,8 +54,8 @@ class Recording(ByContent):
         if not self.name or Path(self.name).name != self.name or self.name.startswith("."):
             raise InputError(f"'{self.name}' cannot name a file; use letters, digits and hyphens")
         for label, size in (
-            ("hand_length", self.hand_length),
-            ("hand_breadth", self.hand_breadth),
+            ("hand_length", self.hand.length),
+            ("hand_breadth", self.hand.breadth),
         ):
             if not 0 < size < 1:
                 raise InputError(

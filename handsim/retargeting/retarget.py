@@ -32,12 +32,11 @@ import numpy.typing as npt
 
 from handsim.content import ByContent
 from handsim.errors import InputError
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.hand.mjcf import build_hand
 from handsim.joints import FINGERS, JOINT_INDEX, N_JOINTS, Finger
 from handsim.retargeting._posture_fit import PostureFit, judge_fit, openings_of
 from handsim.retargeting.robot_hand import AttachedFrame, RobotHand
-from handsim.types import Array, Side
+from handsim.types import MEDIAN_HAND, Array, HandSize
 
 SETTLING = np.deg2rad(0.5)
 """Change from posture to posture that is always allowed: a hand held still settles [rad]."""
@@ -109,10 +108,9 @@ class Retargeter:
     ----------
     robot
         The robot hand.
-    hand_length, hand_breadth
-        Of the person whose postures they are [m].
-    side
-        Of the robot hand; a recorded right hand drives a left robot as its mirror image.
+    size
+        Hand of the person whose postures they are. Its side is that of the robot hand: a recorded
+        right hand drives a left robot as its mirror image.
     opening_scale
         Scale of the vectors from thumb to fingers: by default that of the hands, so that the
         robot opens as wide for its size as the person; 1 keeps the width of the objects.
@@ -137,16 +135,14 @@ class Retargeter:
     def __init__(
         self,
         robot: RobotHand,
-        hand_length: float = HAND_LENGTH,
-        hand_breadth: float = HAND_BREADTH,
-        side: Side = "right",
+        size: HandSize = MEDIAN_HAND,
         opening_scale: float | None = None,
         weights: Weights | None = None,
     ) -> None:
         if opening_scale is not None and not 0 < opening_scale < np.inf:
             raise InputError(f"opening scale {opening_scale:g}; give a positive number, 1 = as is")
         self.robot = robot
-        self.human = human_hand(hand_length, hand_breadth, side)
+        self.human = human_hand(size)
         self.weights = weights or Weights()
         self._glove = [JOINT_INDEX[name] for name in self.human.joint_names]
         self._chosen = [FINGERS.index(finger) for finger in robot.fingers]
@@ -242,15 +238,13 @@ class Retargeter:
         return moved, self.opening_scale * openings, directions, weights
 
 
-def human_hand(
-    hand_length: float = HAND_LENGTH, hand_breadth: float = HAND_BREADTH, side: Side = "right"
-) -> RobotHand:
+def human_hand(size: HandSize = MEDIAN_HAND) -> RobotHand:
     """Return the human hand in the terms of a robot hand, its pads as fingertips.
 
     Parameters
     ----------
-    hand_length, hand_breadth, side
+    size
         As in `handsim.hand.mjcf.build_hand`.
     """
     pads: dict[Finger, AttachedFrame | str] = {finger: f"{finger}_pad" for finger in FINGERS}
-    return RobotHand(build_hand(hand_length, hand_breadth, side), "palm", pads)
+    return RobotHand(build_hand(size), "palm", pads)

@@ -13,14 +13,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handsim.errors import InputError
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.hand.mjcf import attach_hand
 from handsim.objects.grasp import Grasp
 from handsim.objects.mjcf import TABLE_FRICTION, add_object, object_by_name
 from handsim.objects.object import GraspObject
 from handsim.physics import CONTACT_SOLREF, set_physics
 from handsim.tasks.task import Task
-from handsim.types import Array, Side
+from handsim.types import MEDIAN_HAND, Array, HandSize
 
 HAND_FRICTION_RANGE = (0.05, 3.0)
 """Sliding friction of the hand that can be asked for; skin lies between 0.3 and 1.5."""
@@ -41,11 +40,8 @@ _FIELD_OF_VIEW = 36.0
 
 def build_scene(
     task: Task | GraspObject | str,
+    hand: HandSize | None = MEDIAN_HAND,
     *,
-    hand_length: float = HAND_LENGTH,
-    hand_breadth: float = HAND_BREADTH,
-    side: Side = "right",
-    with_hand: bool = True,
     friction: float | None = None,
     mass_scale: float = 1.0,
     offset: Sequence[float] = (0.0, 0.0),
@@ -62,10 +58,8 @@ def build_scene(
     ----------
     task
         A task (mirrored here for a left hand), an object without one, or an object's name.
-    hand_length, hand_breadth, side
-        As in `handsim.hand.mjcf.build_hand`.
-    with_hand
-        False leaves the hand out.
+    hand
+        Size and side of the hand; None leaves it out.
     friction
         Sliding friction of the hand; None keeps the model's.
     mass_scale
@@ -92,41 +86,35 @@ def build_scene(
     _add_surroundings(spec)
     place = np.array([*offset, 0.0])
     if isinstance(task, Task):
-        task = task.for_side(side)
+        if hand is not None:
+            task = task.for_side(hand.side)
         yaw = np.deg2rad(task.yaw_deg) + turn
         start = {name: np.deg2rad(angle) for name, angle in task.start_deg}
         body = add_object(spec, target, pos=place, yaw=yaw, start=start, mass_scale=mass_scale)
         _add_grasp_site(body, task.grasp)
         if task.held:
             _hold(spec)
-        pos, quat = start_pose(task, hand_length)
+        pos, quat = start_pose(task, hand or MEDIAN_HAND)
     else:
         add_object(spec, target, pos=place, yaw=turn, mass_scale=mass_scale)
         pos, quat = np.array([-0.30, -0.15, 0.15]), np.array([1.0, 0.0, 0.0, 0.0])
-    if with_hand:
-        attach_hand(
-            spec,
-            pos,
-            quat,
-            hand_length=hand_length,
-            hand_breadth=hand_breadth,
-            side=side,
-        )
+    if hand is not None:
+        attach_hand(spec, hand, pos, quat)
         _add_palm_camera(spec, quat)
         if friction is not None:
             _set_hand_friction(spec, friction)
     return spec
 
 
-def start_pose(task: Task, hand_length: float, distance: float = 0.14) -> tuple[Array, Array]:
+def start_pose(task: Task, size: HandSize, distance: float = 0.14) -> tuple[Array, Array]:
     """Return where the wrist waits: aligned with the grasp, ``distance`` before it.
 
     Parameters
     ----------
     task
         Already mirrored for the hand's side; its object is taken to be in its usual place.
-    hand_length
-        [m].
+    size
+        Of the hand.
     distance
         From the grasp point to the palm along the approach [m].
 
@@ -139,7 +127,7 @@ def start_pose(task: Task, hand_length: float, distance: float = 0.14) -> tuple[
     hand = to_world * Rotation.from_matrix(hand_axes(task.grasp))
     distal, _, dorsal = hand.as_matrix().T
     point = to_world.apply(np.array(task.grasp.point))
-    pos = point + distance * dorsal - 0.55 * hand_length * distal
+    pos = point + distance * dorsal - 0.55 * size.length * distal
     pos[2] = max(pos[2], 0.06)
     return pos, hand.as_quat(scalar_first=True)
 

@@ -8,7 +8,7 @@ needs a robot hand: ``--robot FILE.xml --palm NAME --fingertips thumb=NAME index
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -74,7 +74,7 @@ def hand_sheet(presets: Sequence[str] = tuple(PRESETS)) -> Frame:
 
 
 def _four_views(offscreen: Offscreen, preset: str, side: Side) -> list[Frame]:
-    model = posture_model(*PRESETS[preset], side=side)
+    model = posture_model(replace(PRESETS[preset], side=side))
     thumb = 1 if side == "right" else -1
     looks = (
         ("flat", _Look(180)),
@@ -187,15 +187,14 @@ def retargeting_sheet(
         Postures.
     """
     robot = RobotHand(source, palm, fingertips)  # pyright: ignore[reportArgumentType]
-    size = (recording.hand_length, recording.hand_breadth)
     chosen = np.linspace(0, len(recording.q) - 1, n).round().astype(int)
-    moved = Retargeter(robot, *size).retarget(recording.q)
-    human = human_hand(*size)
+    moved = Retargeter(robot, recording.hand).retarget(recording.q)
+    human = human_hand(recording.hand)
     glove = [JOINT_NAMES.index(name) for name in human.joint_names]
     frames = []
     with open_offscreen(300, 280) as offscreen:
         for spec, hand, positions in (
-            (build_hand(*size), human, recording.q[:, glove]),
+            (build_hand(recording.hand), human, recording.q[:, glove]),
             (mujoco.MjSpec.from_file(str(source)), robot, moved.positions),
         ):
             frames += _by_the_palm(offscreen, spec, hand, positions[chosen])

@@ -14,7 +14,7 @@ from handsim.hand.export import write_hand
 from handsim.joints import JOINT_NAMES
 from handsim.learning.subspace import PostureSubspace
 from handsim.recordings.folder import RecordingSet, read_recordings
-from handsim.types import SIDES
+from handsim.types import SIDES, HandSize
 
 N_EIGENGRASPS = 3
 """As many as the paper keeps (its Sec. VI-B)."""
@@ -46,7 +46,7 @@ def main(folder: Path = Path(__file__).parent) -> None:
     recordings = read_recordings(data_folder("assets") / "experiments")
     write_text(folder / "eigengrasps.csv", eigengrasps_text(recordings))
     for side in SIDES:
-        write_hand(folder, side=side)
+        write_hand(HandSize(side=side), folder)
 
 
 if __name__ == "__main__":

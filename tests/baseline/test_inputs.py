@@ -18,6 +18,7 @@ from handsim.grasping.rollout import glove
 from handsim.grasping.rollout.run import Scene
 from handsim.navigation.bspline import TensorBSpline
 from handsim.tasks.table_one import task_by_name
+from handsim.types import MEDIAN_HAND
 
 TASK = "scissors-use"  # has hinges, meshes and, held by the other hand, an equality
 
@@ -142,10 +143,22 @@ PERTURBED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("field", [field.name for field in fields(Conditions)])
+def perturbed(field):
+    """Conditions of which one value in the files is another."""
+    of_hand = {"hand_length": "length", "hand_breadth": "breadth", "side": "side"}
+    if field in of_hand:
+        return Conditions(hand=replace(MEDIAN_HAND, **{of_hand[field]: PERTURBED[field]}))
+    return replace(Conditions(), **{field: PERTURBED[field]})
+
+
+def test_all_conditions_are_tried():
+    assert set(PERTURBED) == set(Conditions().as_json())
+
+
+@pytest.mark.parametrize("field", PERTURBED)
 def test_every_field_of_the_conditions_is_an_input(field, scene, plans):
     (plan,) = plans.values()
-    other = Scene.build(task_by_name(TASK), replace(Conditions(), **{field: PERTURBED[field]}))
+    other = Scene.build(task_by_name(TASK), perturbed(field))
     names = changed(grasp_inputs(scene, plan), grasp_inputs(other, plan))
     assert f"condition/{field}" in names
     expected = {"object_offset": "scene geometry", "friction": "scene friction",
@@ -235,6 +248,7 @@ def test_all_of_a_recording_is_an_input(recordings):
     before = recording_inputs(recordings[:1])
     for change in (
         {"q": first.q + 1e-5}, {"time": first.time * 1.001}, {"task": "other"}, {"object": "other"},
-        {"hand_length": first.hand_length + 1e-4}, {"hand_breadth": first.hand_breadth + 1e-4},
+        {"hand": replace(first.hand, length=first.hand.length + 1e-4)},
+        {"hand": replace(first.hand, breadth=first.hand.breadth + 1e-4)},
     ):  # fmt: skip
         assert recording_inputs([replace(first, **change)]) != before

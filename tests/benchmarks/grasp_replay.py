@@ -62,7 +62,7 @@ def replay(recording: Recording, subspace: PCA, conditions: Conditions) -> Rollo
     task = task_by_name(recording.task)
     scene = Scene.build(task, conditions)
     q = clip_to_range(subspace.inverse_transform(subspace.transform(recording.q)))
-    hand = HandModel.from_spec(build_hand(conditions.hand_length, conditions.hand_breadth))
+    hand = HandModel.from_spec(build_hand(conditions.hand))
     scripted, _ = scripted_plan(scene.task, hand)
     plan = replace(scripted, q_start=q[0], q_goal=q[-1])
     driver = ReplayDriver(recording.time - recording.time[0], q)

@@ -65,7 +65,7 @@ def test_a_left_hand_grasps(run, tmp_path):
     asked = ("grasp", "demonstrator", "--task", "cube-raise", "--side", "left", "-o", tmp_path)
     assert run(*asked, "--json").json()["nominal_success"] is True
     rollout = read_rollout(tmp_path / "cube-raise.npz")
-    assert rollout.conditions.side == "left"
+    assert rollout.conditions.hand.side == "left"
     right = run("grasp", "demonstrator", "--task", "cube-raise", "--json").json()
     assert right["per_trial"][0]["peak_slip_m"] != rollout.outcome.peak_slip_m
 

@@ -16,6 +16,7 @@ from handsim.grasping.planning.plan_store import StoredPlan
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.tasks.table_one import task_by_name
+from handsim.types import HandSize
 from handsim.viewing.live import page as live
 from handsim.viewing.live import window
 
@@ -68,7 +69,7 @@ def test_bad_input_is_refused_before_the_work(run, tmp_path) -> None:
 
 
 def test_plans_for_this_hand_come_before_those_for_the_median_one(learned) -> None:
-    large = Conditions(hand_length=0.21, hand_breadth=0.095)
+    large = Conditions(hand=HandSize(0.21, 0.095))
     assert _known_plan(learned, "jar-move", large) is None
     median = _known_plan(learned, TASK, large)
     assert median is not None

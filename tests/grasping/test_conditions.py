@@ -7,14 +7,14 @@ import pytest
 
 from handsim.errors import InputError
 from handsim.grasping.conditions import LIMITS, MAX_OFFSET, Conditions, Perturbation, perturb
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
+from handsim.types import HandSize
 
 
 def test_a_run_is_nominal_by_default():
     """A median right hand, rubber-like skin (0.8), the object as it is and where it should be."""
     assert Conditions() == Conditions(
-        seed=0, nominal=True, hand_length=HAND_LENGTH, hand_breadth=HAND_BREADTH, side="right",
-        friction=0.8, mass_scale=1.0, object_offset=(0.0, 0.0, 0.0), shake=0.0,
+        seed=0, nominal=True, hand=HandSize(0.1933, 0.0883, "right"), friction=0.8,
+        mass_scale=1.0, object_offset=(0.0, 0.0, 0.0), shake=0.0,
     )  # fmt: skip
 
 
@@ -56,9 +56,9 @@ def test_offsets_end_at_half_a_turn_and_a_little_to_both_sides(place):
 
 
 def test_hands_that_nobody_has_are_refused():
-    for size in ({"hand_length": 0.5}, {"hand_breadth": 0.2}, {"hand_length": np.nan}):
+    for size in (HandSize(0.5), HandSize(breadth=0.2), HandSize(np.nan)):
         with pytest.raises(InputError):
-            Conditions(**size)
+            Conditions(hand=size)
 
 
 def test_a_perturbed_trial_is_drawn_as_it_was_published():
@@ -79,10 +79,9 @@ def test_a_perturbed_trial_is_drawn_as_it_was_published():
 
 
 def test_a_perturbed_trial_keeps_the_hand():
-    left = Conditions(hand_length=0.17, hand_breadth=0.08, side="left", seed=3)
+    left = Conditions(hand=HandSize(0.17, 0.08, "left"), seed=3)
     trial = perturb(left, 5)
-    kept = {name: getattr(left, name) for name in ("hand_length", "hand_breadth", "side")}
-    assert {name: getattr(trial, name) for name in kept} == kept
+    assert trial.hand == left.hand
     varied = {
         field.name
         for field in fields(left)

@@ -3,15 +3,13 @@ import pytest
 
 from handsim.errors import InputError
 from handsim.hand.anthropometry import (
-    HAND_BREADTH,
-    HAND_LENGTH,
     LENGTHS,
     HandGeometry,
-    hand_geometry,
     segment_names,
     thumb_axes,
 )
 from handsim.joints import FINGERS
+from handsim.types import MEDIAN_HAND, HandSize
 
 
 def extent(geometry: HandGeometry, names: tuple[str, ...], axis: int) -> float:
@@ -29,7 +27,7 @@ def extent(geometry: HandGeometry, names: tuple[str, ...], axis: int) -> float:
 
 
 def test_middle_finger_ends_at_99_percent_of_the_hand_length():
-    geometry = hand_geometry(0.2, 0.09)
+    geometry = HandGeometry(HandSize(0.2, 0.09))
     along = geometry.mcp("middle")[0] + 0.2 * sum(LENGTHS["middle"])
     assert along == pytest.approx(0.99 * 0.2, abs=1e-12)
     for finger in FINGERS:
@@ -51,19 +49,19 @@ def test_middle_finger_ends_at_99_percent_of_the_hand_length():
 )
 def test_size_outside_the_range_is_an_error_that_names_it(length, breadth, named):
     with pytest.raises(InputError, match=named):
-        hand_geometry(length, breadth)
+        HandGeometry(HandSize(length, breadth))
 
 
 @pytest.mark.parametrize(("length", "breadth"), [(0.12, 0.05), (0.26, 0.12), (0.12, 0.12)])
 def test_ends_of_the_range_can_be_built(length, breadth):
-    assert hand_geometry(length, breadth).mass > 0
+    assert HandGeometry(HandSize(length, breadth)).mass > 0
 
 
 def test_lengths_follow_hand_length_and_breadths_hand_breadth():
     small, long, broad = (
-        hand_geometry(0.13, 0.06),
-        hand_geometry(0.26, 0.06),
-        hand_geometry(0.13, 0.12),
+        HandGeometry(HandSize(0.13, 0.06)),
+        HandGeometry(HandSize(0.26, 0.06)),
+        HandGeometry(HandSize(0.13, 0.12)),
     )
     assert np.allclose(long.mcp("index"), small.mcp("index") * [2, 1, 1], rtol=1e-12)
     assert np.allclose(broad.mcp("little"), small.mcp("little") * [1, 2, 1], rtol=1e-12)
@@ -73,15 +71,15 @@ def test_lengths_follow_hand_length_and_breadths_hand_breadth():
 
 
 def test_mass_is_a_hands_and_grows_with_the_cube_of_size():
-    median = hand_geometry()
+    median = HandGeometry()
     assert 0.35 <= median.mass <= 0.55
-    larger = hand_geometry(1.2 * HAND_LENGTH, 1.2 * HAND_BREADTH)
+    larger = HandGeometry(HandSize(1.2 * MEDIAN_HAND.length, 1.2 * MEDIAN_HAND.breadth))
     assert larger.mass == pytest.approx(1.2**3 * median.mass, rel=1e-12)
 
 
 def test_breadths_agree_with_the_survey_of_whole_hands():
     """Bodyspace, men: HB 87, index 21 (PIP) and 18 (DIP), palm 33 thick; see the module."""
-    hand = hand_geometry(HAND_LENGTH, 0.087)
+    hand = HandGeometry(HandSize(breadth=0.087))
     index = [2 * hand.ellipsoid(f"index_{part}").semi_axes[1] for part in ("proximal", "middle")]
     assert index == pytest.approx([0.021, 0.018], rel=0.06)
     palm = tuple(shape.name for shape in hand.ellipsoids if shape.body in ("palm", "palm_ulnar"))
@@ -90,7 +88,7 @@ def test_breadths_agree_with_the_survey_of_whole_hands():
 
 
 def test_inertia_of_a_ball_is_two_fifths():
-    shape = hand_geometry().ellipsoid("index_pad")
+    shape = HandGeometry().ellipsoid("index_pad")
     ball = type(shape)("ball", "palm", shape.centre, np.full(3, 0.02), shape.direction)
     assert np.allclose(ball.inertia, 0.4 * ball.mass * 0.02**2, rtol=1e-12)
     assert ball.mass == pytest.approx(1100 * 4 / 3 * np.pi * 0.02**3, rel=1e-12)
@@ -104,6 +102,6 @@ def test_thumb_lies_beside_the_palm_with_its_pad_to_the_fingers():
     assert along == pytest.approx([np.cos(np.pi / 6), 0.5, 0.0])
     assert pad[1] < -0.8, "faces ulnar"
     assert -0.5 < pad[2] < -0.1, "a little palmar"
-    hand = hand_geometry()
+    hand = HandGeometry()
     middle = hand.thumb_cmc + axes @ hand.ellipsoid("thumb_metacarpal").centre
     assert middle[1] > hand.mcp("index")[1], "radial of the index finger"

@@ -11,7 +11,7 @@ import pytest
 
 from handsim.files import data_folder
 from handsim.hand.export import write_hand
-from handsim.types import SIDES
+from handsim.types import SIDES, HandSize
 
 FOLDER = data_folder("models") / "hand"
 RELATIVE, ABSOLUTE = 2e-5, 1e-8
@@ -47,7 +47,7 @@ def side(request) -> str:
 
 @pytest.fixture(scope="module")
 def made(side, tmp_path_factory) -> str:
-    written = write_hand(tmp_path_factory.mktemp("hand"), side=side)
+    written = write_hand(HandSize(side=side), tmp_path_factory.mktemp("hand"))
     assert written.name == f"{side}_hand.xml"
     return written.read_text()
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.hand.population import PRESETS
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, LOWER, UPPER
+from handsim.types import HandSize
 
 TABLE = data_folder("models") / "hand" / "eigengrasps.csv"
 INDEX = JOINT_INDEX["index_mcp"]
@@ -55,7 +58,7 @@ def test_mean_is_left_where_nothing_helps(one_joint):
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_eigengrasps_do_not_cross_themselves(preset, side):
-    hand = HandModel.from_spec(build_hand(*PRESETS[preset], side=side))
+    hand = HandModel.from_spec(build_hand(replace(PRESETS[preset], side=side)))
     mean, deviations = read_eigengrasps(TABLE)
     postures = eigengrasp_postures(hand.penetration)
     assert len(postures) == 2 * len(deviations) == 6
@@ -70,7 +73,7 @@ def test_eigengrasps_do_not_cross_themselves(preset, side):
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_eigengrasps_are_keyframes_of_the_committed_models(side):
     model = mujoco.MjModel.from_xml_path(str(TABLE.parent / f"{side}_hand.xml"))
-    hand = HandModel.from_spec(build_hand(side=side))
+    hand = HandModel.from_spec(build_hand(HandSize(side=side)))
     postures = eigengrasp_postures(hand.penetration)
     assert len(postures) == 6
     for name, q in postures.items():

@@ -8,6 +8,7 @@ from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.joints import JOINT_NAMES
 from handsim.recordings.folder import Recording, RecordingSet, read_recordings
+from handsim.types import HandSize
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +30,7 @@ def recording(name: str, q: np.ndarray) -> Recording:
         subject="nobody",
         object="cube",
         task="cube-raise",
-        hand_length=0.19,
-        hand_breadth=0.09,
+        hand=HandSize(0.19, 0.09),
     )
 
 

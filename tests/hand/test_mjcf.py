@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -5,15 +6,16 @@ import numpy as np
 import pytest
 
 from handsim.errors import FileError, InputError, UnknownNameError
-from handsim.hand.anthropometry import hand_geometry, segment_names
+from handsim.hand.anthropometry import HandGeometry, segment_names
 from handsim.hand.export import write_hand
-from handsim.hand.mjcf import ARMATURE, FRICTION, attach_hand, build_hand, mount_hand
+from handsim.hand.mjcf import ARMATURE, FRICTION, PASSING_PAIRS, attach_hand, build_hand, mount_hand
 from handsim.hand.model import HandModel
 from handsim.hand.population import PRESETS
 from handsim.hand.postures import POSTURES
 from handsim.hand.strength import FINGERTIP_FORCE, position_gains, torque_limits
 from handsim.joints import FINGERS, JOINT_INDEX, JOINT_NAMES, JOINTS, LOWER, UPPER
 from handsim.physics import CONTACT_SOLREF
+from handsim.types import MEDIAN_HAND, HandSize
 
 MODELS = Path(__file__).parents[2] / "models" / "hand"
 SIDES = ("right", "left")
@@ -55,7 +57,7 @@ def test_everything_that_touches_is_an_ellipsoid(hand):
     assert np.all(model.geom_type[touching] == mujoco.mjtGeom.mjGEOM_ELLIPSOID)
     names = {model.geom(i).name for i in touching}
     assert names >= {f"{segment}_geom" for segment in SEGMENTS}
-    assert len(names) == len(hand_geometry().ellipsoids) + 1, "and the forearm"
+    assert len(names) == len(HandGeometry().ellipsoids) + 1, "and the forearm"
 
 
 def test_what_is_only_seen_has_no_mass(hand):
@@ -64,14 +66,14 @@ def test_what_is_only_seen_has_no_mass(hand):
     assert len(seen) == 5 + 10
     assert not model.geom_contype[seen].any()
     assert not model.geom_conaffinity[seen].any()
-    bare = hand_geometry().mass
+    bare = HandGeometry().mass
     assert model.body("palm").subtreemass[0] == pytest.approx(bare, rel=1e-9)
     assert 0.35 <= bare <= 0.55
 
 
 @pytest.mark.parametrize("size", [(0.1933, 0.0883), (0.15, 0.12)])
 def test_compiled_numbers_are_those_of_the_tables(size):
-    hand, geometry = HandModel.from_spec(build_hand(*size)), hand_geometry(*size)
+    hand, geometry = HandModel.from_spec(build_hand(HandSize(*size))), HandGeometry(HandSize(*size))
     model = hand.model
     gains, limits = position_gains(geometry), torque_limits(geometry)
     for i, joint in enumerate(JOINTS):
@@ -128,7 +130,7 @@ def test_sensors_of_every_joint_and_fingertip(hand):
 def test_middle_fingertip_is_at_99_percent_of_hand_length_and_scales():
     reach = {}
     for length in (0.13, 0.1933, 0.26):
-        hand = HandModel.from_spec(build_hand(length))
+        hand = HandModel.from_spec(build_hand(HandSize(length)))
         hand.set_posture(np.zeros(22))
         tip = hand.fingertips()[2]
         assert tip == pytest.approx([0.99 * length, 0, 0], abs=1e-9)
@@ -141,7 +143,9 @@ def test_middle_fingertip_is_at_99_percent_of_hand_length_and_scales():
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_left_hand_is_the_exact_mirror_image(preset):
-    right, left = (HandModel.from_spec(build_hand(*PRESETS[preset], side=side)) for side in SIDES)
+    right, left = (
+        HandModel.from_spec(build_hand(replace(PRESETS[preset], side=side))) for side in SIDES
+    )
     assert right.model.ngeom == left.model.ngeom > 30
     flip = np.array([1, -1, 1])
     q_random = np.random.default_rng(2).uniform(LOWER, UPPER, size=(5, 22))
@@ -216,7 +220,7 @@ def test_fingertip_that_pushes_is_felt_by_its_touch_sensor():
 
 @pytest.mark.parametrize("side", SIDES)
 def test_ten_seconds_of_control_noise_raise_no_warning(side):
-    hand = HandModel.from_spec(build_hand(side=side))
+    hand = HandModel.from_spec(build_hand(HandSize(side=side)))
     low, high = hand.model.actuator_ctrlrange.T
     rng = np.random.default_rng(7)
     start = hand.data.ctrl.copy()
@@ -253,7 +257,7 @@ def test_carried_hand_follows_its_target_and_leaves_other_bodies_alone():
     other = scene.worldbody.add_body(name="other", pos=[1, 0, 1])
     other.add_freejoint()
     other.add_geom(size=[0.01, 0, 0])
-    attach_hand(scene, (0.1, 0.2, 0.3), (0, 1, 0, 0), side="left")
+    attach_hand(scene, HandSize(side="left"), (0.1, 0.2, 0.3), (0, 1, 0, 0))
     hand = HandModel.from_spec(scene)
     assert (hand.model.nq, hand.model.nv, hand.model.nu) == (7 + 7 + 22, 6 + 6 + 22, 22)
     assert hand.model.geom_priority[hand.model.body("other").geomadr[0]] == 0
@@ -273,7 +277,7 @@ def test_hand_mounted_on_an_arm_moves_with_it():
     link.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[0, 0, 0, -0.2, 0, 0], size=[0.02, 0, 0]
     )
-    mount_hand(arm, "link", pos=(0.3, 0, 0))
+    mount_hand(arm, body="link", pos=(0.3, 0, 0))
     hand = HandModel.from_spec(arm)
     assert hand.model.nq == 23
     hand.data.qpos[hand.model.joint("elbow").qposadr[0]] = np.pi / 2
@@ -281,13 +285,69 @@ def test_hand_mounted_on_an_arm_moves_with_it():
     assert hand.fingertips()[2] == pytest.approx([0, 0.3 + 0.99 * 0.1933, 0], abs=1e-9)
 
 
+def two_hands() -> tuple[mujoco.MjSpec, dict[str, str]]:
+    """A right and a left hand side by side, and the prefixes of their names."""
+    scene, prefixes = mujoco.MjSpec(), {"right": "", "left": "left_"}
+    attach_hand(scene, HandSize(), (0.0, -0.2, 0.3))
+    attach_hand(scene, HandSize(side="left"), (0.0, 0.2, 0.3), prefix="left_")
+    return scene, prefixes
+
+
+def test_two_hands_stand_in_one_scene_as_each_would_alone():
+    scene, prefixes = two_hands()
+    hands = {side: HandModel.from_spec(scene, prefix) for side, prefix in prefixes.items()}
+    model = hands["left"].model
+    assert (model.nq, model.nu) == (2 * (7 + 22), 2 * 22)
+    assert model.nexclude == 2 * len(PASSING_PAIRS)
+    for side, hand in hands.items():
+        alone = mujoco.MjSpec()
+        attach_hand(alone, HandSize(side=side), (0.0, -0.2 if side == "right" else 0.2, 0.3))
+        expected = HandModel.from_spec(alone)
+        for both in (hand, expected):
+            both.set_posture(POSTURES["fist"])
+        np.testing.assert_allclose(hand.fingertips(), expected.fingertips(), atol=1e-9)
+        for name in ("actuator_gainprm", "actuator_forcerange"):
+            np.testing.assert_array_equal(
+                getattr(hand.model, name)[hand.ctrl_index],
+                getattr(expected.model, name)[expected.ctrl_index],
+            )
+        body, other = hand.model.body(f"{prefixes[side]}palm"), expected.model.body("palm")
+        np.testing.assert_allclose(body.subtreemass, other.subtreemass)
+
+
+def test_two_hands_move_apart_and_keep_their_bases():
+    scene, prefixes = two_hands()
+    hand = HandModel.from_spec(scene, "left_")
+    right = HandModel.from_spec(scene).ctrl_index
+    hand.data.ctrl[hand.ctrl_index] = POSTURES["fist"]
+    mujoco.mj_forward(hand.model, hand.data)
+    mujoco.mj_step(hand.model, hand.data, nstep=500)
+    np.testing.assert_allclose(hand.q, POSTURES["fist"], atol=0.25)
+    assert np.abs(hand.data.ctrl[right]).max() == 0
+    assert hand.q[JOINT_NAMES.index("index_mcp")] > 0.5
+    for side, y in (("right", -0.2), ("left", 0.2)):
+        base = hand.data.body(f"{prefixes[side]}forearm").xpos
+        np.testing.assert_allclose(base, [0.0, y, 0.3], atol=2e-3)
+    assert not hand.data.warning.number.any()
+
+
+def test_a_second_hand_of_the_same_names_is_refused():
+    scene = mujoco.MjSpec()
+    attach_hand(scene)
+    before = len(scene.bodies)
+    for place in (attach_hand, mount_hand):
+        with pytest.raises(InputError, match="prefix such as 'left_'"):
+            place(scene, HandSize(side="left"))
+    assert len(scene.bodies) == before
+
+
 def test_wrong_sizes_sides_and_bodies_are_errors():
     with pytest.raises(InputError, match=r"0\.12 to 0\.26"):
-        build_hand(2.0)
+        build_hand(HandSize(2.0))
     with pytest.raises(UnknownNameError, match="right"):
-        build_hand(side="rigth")
+        build_hand(HandSize(side="rigth"))
     with pytest.raises(UnknownNameError, match="world"):
-        mount_hand(mujoco.MjSpec(), "worlt")
+        mount_hand(mujoco.MjSpec(), body="worlt")
 
 
 # --- files -------------------------------------------------------------------------------------
@@ -296,7 +356,7 @@ def test_wrong_sizes_sides_and_bodies_are_errors():
 @pytest.mark.parametrize("side", SIDES)
 def test_written_hand_is_the_built_one_for_plain_mujoco(side):
     model = mujoco.MjModel.from_xml_path(str(MODELS / f"{side}_hand.xml"))
-    built = HandModel.from_spec(build_hand(side=side))
+    built = HandModel.from_spec(build_hand(HandSize(side=side)))
     assert (model.nq, model.nu) == (22, 22)
     for field in (
         "geom_size",
@@ -334,10 +394,10 @@ def test_scene_stays_in_its_keyframes():
 
 
 def test_folder_is_made_unless_something_is_in_its_place(tmp_path):
-    assert write_hand(tmp_path / "new" / "folder").is_file()
+    assert write_hand(MEDIAN_HAND, tmp_path / "new" / "folder").is_file()
     (tmp_path / "file").write_text("")
     with pytest.raises(FileError, match="choose another"):
-        write_hand(tmp_path / "file")
+        write_hand(MEDIAN_HAND, tmp_path / "file")
     with pytest.raises(InputError):
-        write_hand(tmp_path / "never", hand_length=2.0)
+        write_hand(HandSize(2.0), tmp_path / "never")
     assert not (tmp_path / "never").exists()

@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -104,7 +105,7 @@ def test_pad_of_the_thumb_faces_every_fingers_pad(hand, finger):
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("side", ("right", "left"))
 def test_named_postures_do_not_cross_themselves(preset, side):
-    hand = HandModel.from_spec(build_hand(*PRESETS[preset], side=side))
+    hand = HandModel.from_spec(build_hand(replace(PRESETS[preset], side=side)))
     for q in POSTURES.values():
         hand.set_posture(q)
         assert deepest(hand) < 0.002

@@ -14,6 +14,7 @@ from handsim.hand.anthropometry import (
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, JOINT_INDEX, LOWER, UPPER
+from handsim.types import HandSize
 
 
 def turn(axis: str | np.ndarray, angle: float) -> np.ndarray:
@@ -59,7 +60,7 @@ def fingertips(q: np.ndarray, length: float, breadth: float) -> np.ndarray:
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("size", [(0.1933, 0.0883), (0.13, 0.05), (0.26, 0.12)])
 def test_fingertips_are_where_the_closed_form_puts_them(size, side):
-    hand = HandModel.from_spec(build_hand(*size, side=side))
+    hand = HandModel.from_spec(build_hand(HandSize(*size, side)))
     mirror = [1, 1, 1] if side == "right" else [1, -1, 1]
     rng = np.random.default_rng(5)
     for q in rng.uniform(LOWER, UPPER, size=(40, 22)):

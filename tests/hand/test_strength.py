@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from handsim.hand.anthropometry import hand_geometry
+from handsim.hand.anthropometry import HandGeometry
 from handsim.hand.strength import FINGERTIP_FORCE, SATURATION, position_gains, torque_limits
 from handsim.joints import JOINT_INDEX
+from handsim.types import HandSize
 
 
 @pytest.mark.parametrize(
@@ -23,7 +24,7 @@ from handsim.joints import JOINT_INDEX
     ],
 )
 def test_torque_limit_is_force_times_lever(joint, lever):
-    geometry = hand_geometry(0.2, 0.09)
+    geometry = HandGeometry(HandSize(0.2, 0.09))
     index = JOINT_INDEX[joint]
     assert torque_limits(geometry)[index] == pytest.approx(FINGERTIP_FORCE * lever, rel=1e-12)
     assert position_gains(geometry)[index] == pytest.approx(
@@ -32,4 +33,4 @@ def test_torque_limit_is_force_times_lever(joint, lever):
 
 
 def test_every_joint_has_strength():
-    assert np.all(torque_limits(hand_geometry()) > 0.3)
+    assert np.all(torque_limits(HandGeometry()) > 0.3)

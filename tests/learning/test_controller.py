@@ -18,6 +18,7 @@ from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
 from handsim.recordings.folder import Recording, RecordingSet
+from handsim.types import HandSize
 
 SUMMARY = {
     "method", "n_recordings", "n_components", "variance_explained", "n_coefficients", "iterations",
@@ -244,7 +245,9 @@ def test_what_cannot_be_learned(recordings: RecordingSet) -> None:
     with pytest.raises(InputError, match="cannot be certified"):
         learn_controller(recordings, method="pde", certified=True)
     still = recordings[0]
-    frozen = Recording("a", still.time, np.tile(still.q[0], (80, 1)), 1, "", "", "", 0.19, 0.085)
+    frozen = Recording(
+        "a", still.time, np.tile(still.q[0], (80, 1)), 1, "", "", "", HandSize(0.19, 0.085)
+    )
     with pytest.raises(InputError, match="vary in 0 directions"):
         learn_controller(RecordingSet((frozen,)))
 
@@ -252,7 +255,7 @@ def test_what_cannot_be_learned(recordings: RecordingSet) -> None:
 def test_identical_recordings_are_learned_as_one(recordings: RecordingSet) -> None:
     one = recordings[0]
     twins = tuple(
-        Recording(name, one.time, one.q, i, "", "", "t", 0.19, 0.085)
+        Recording(name, one.time, one.q, i, "", "", "t", HandSize(0.19, 0.085))
         for i, name in enumerate(("a", "b"))
     )
     controller = learn_controller(RecordingSet(twins), n_components=2).controller

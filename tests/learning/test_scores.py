@@ -26,6 +26,7 @@ from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
 from handsim.recordings.folder import Recording, RecordingSet
+from handsim.types import HandSize
 from handsim.viewing.figures.slices import (
     cumulative_variance,
     eigengrasps,
@@ -58,7 +59,9 @@ def recorded(z: np.ndarray, name: str, subject: str = "a", thing: str = "cup", t
              outside: float = 0.0) -> Recording:  # fmt: skip
     """Return a recording with a path in the subspace, and a fourth joint ``outside`` it [rad]."""
     q = np.hstack([z, np.full((len(z), 1), outside), np.zeros((len(z), 18))])
-    return Recording(name, np.arange(len(z)) / 100, q, 1, subject, thing, task, 0.19, 0.085)
+    return Recording(
+        name, np.arange(len(z)) / 100, q, 1, subject, thing, task, HandSize(0.19, 0.085)
+    )
 
 
 def rms(height: float) -> float:

@@ -36,7 +36,7 @@ def bracket() -> trimesh.Trimesh:
 
 
 def rest(grasp_object: GraspObject, seconds: float = 1.0) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = build_scene(grasp_object, with_hand=False).compile()
+    model = build_scene(grasp_object, None).compile()
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
     return model, data

@@ -54,7 +54,7 @@ def solid_of(piece: Piece) -> trimesh.Trimesh:
 
 
 def compiled(name: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = build_scene(name, with_hand=False).compile()
+    model = build_scene(name, None).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return model, data
@@ -138,7 +138,7 @@ def test_mass_and_inertia_of_the_compiled_bodies_are_those_of_the_meshes(name: s
 def test_rests_where_it_is_set_down_however_it_is_turned(name: str) -> None:
     """At every time of 2 s, not at the end alone: what hops up may come down again."""
     for turn in np.arange(12) * np.pi / 6 + 0.013:
-        model = build_scene(name, with_hand=False, turn=turn).compile()
+        model = build_scene(name, None, turn=turn).compile()
         data = mujoco.MjData(model)
         before = data.qpos.copy()
         for _ in range(50):
@@ -195,7 +195,7 @@ def test_contact_pieces_lie_on_what_is_seen(name: str) -> None:
 )
 def test_a_marble_falls_into_a_hollow_object(name: str, floor: float) -> None:
     radius = 0.008
-    spec = build_scene(name, with_hand=False)
+    spec = build_scene(name, None)
     marble = spec.worldbody.add_body(name="marble", pos=[0.005, 0.004, 0.18])
     marble.add_freejoint()
     marble.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], density=2500)
@@ -280,7 +280,7 @@ def test_the_lid_stays_under_a_torque_below_its_friction() -> None:
 
 
 def test_opening_the_scissors_parts_the_loops() -> None:
-    spec = build_scene("scissors", with_hand=False)
+    spec = build_scene("scissors", None)
     spec.body("blade").add_site(name="loop", pos=[-0.070, 0.0225, 0.0])
     model = spec.compile()
     data = mujoco.MjData(model)

@@ -12,6 +12,7 @@ from handsim.objects.object import GraspObject
 from handsim.objects.proposals import REACH, WIDTH_RANGE, propose_grasps
 from handsim.tasks.lift import lift_task
 from handsim.tasks.scene import build_scene, hand_axes
+from handsim.types import HandSize
 
 
 def own(mesh: trimesh.Trimesh, folder: Path) -> GraspObject:
@@ -32,7 +33,7 @@ def test_a_box_is_taken_across_its_narrow_sides_at_its_middle(tmp_path: Path) ->
 def test_proposals_lie_on_opposed_surfaces_within_reach(name: str) -> None:
     proposals = propose_grasps(OBJECTS[name])
     assert [p.cost for p in proposals] == sorted(p.cost for p in proposals)
-    model = build_scene(name, with_hand=False).compile()
+    model = build_scene(name, None).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     groups = np.array([0, 0, 0, 1, 0, 0], np.uint8)
@@ -88,5 +89,5 @@ def test_a_task_with_an_object_of_ones_own_builds_its_scene(tmp_path: Path) -> N
     task = lift_task(grasp_object)
     assert task.object is grasp_object
     assert (task.name, task.number, task.rule.kind) == ("own-lift", 0, "carry")
-    model = build_scene(task.for_side("left"), side="left").compile()
+    model = build_scene(task.for_side("left"), HandSize(side="left")).compile()
     assert model.body("object").mass[0] == pytest.approx(0.1)

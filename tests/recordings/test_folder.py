@@ -15,11 +15,14 @@ from handsim.recordings.folder import (
     write_postures,
     write_recordings,
 )
+from handsim.types import HandSize
 
 
 def recording(name: str = "cube", n: int = 12, seed: int = 0) -> Recording:
     q = np.random.default_rng(seed).uniform(-1.0, 1.0, (n, N_JOINTS))
-    return Recording(name, np.arange(n) / 100, q, 14, "someone", "cube", "cube-raise", 0.19, 0.085)
+    return Recording(
+        name, np.arange(n) / 100, q, 14, "someone", "cube", "cube-raise", HandSize(0.19, 0.085)
+    )
 
 
 @pytest.fixture
@@ -47,7 +50,7 @@ def test_a_folder_comes_back_as_it_was_written(tmp_path: Path) -> None:
     for before, after in zip(written, read, strict=True):
         np.testing.assert_allclose(after.q, before.q, rtol=0, atol=1e-8)
         np.testing.assert_allclose(after.time, before.time, rtol=0, atol=1e-6)
-        for field in ("number", "subject", "object", "task", "hand_length", "hand_breadth"):
+        for field in ("number", "subject", "object", "task", "hand"):
             assert getattr(after, field) == getattr(before, field)
 
 
@@ -168,13 +171,13 @@ def test_recordings_are_checked_and_read_only() -> None:
     assert not good.q.flags.writeable and not good.time.flags.writeable
     assert good.duration == pytest.approx(0.11)
     with pytest.raises(InputError, match="hand_length"):
-        Recording("a", good.time, good.q, 1, "", "", "", 19.0, 0.08)
+        Recording("a", good.time, good.q, 1, "", "", "", HandSize(19.0, 0.08))
     with pytest.raises(InputError, match="shapes"):
-        Recording("a", good.time, good.q[:, :21], 1, "", "", "", 0.19, 0.08)
+        Recording("a", good.time, good.q[:, :21], 1, "", "", "", HandSize(0.19, 0.08))
     with pytest.raises(InputError, match="increase"):
-        Recording("a", good.time[::-1], good.q, 1, "", "", "", 0.19, 0.08)
+        Recording("a", good.time[::-1], good.q, 1, "", "", "", HandSize(0.19, 0.08))
     with pytest.raises(InputError, match="cannot name"):
-        Recording("../a", good.time, good.q, 1, "", "", "", 0.19, 0.08)
+        Recording("../a", good.time, good.q, 1, "", "", "", HandSize(0.19, 0.08))
     with pytest.raises(InputError, match="0 recordings"):
         RecordingSet(())
     with pytest.raises(InputError, match="two recordings"):

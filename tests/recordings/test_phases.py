@@ -14,6 +14,7 @@ from handsim.recordings.phases import (
     resample,
     summarise,
 )
+from handsim.types import HandSize
 
 
 def reach(start: float, duration: float, total: float, rate: float = 100.0) -> np.ndarray:
@@ -80,8 +81,10 @@ def test_no_movement_and_too_short_a_movement() -> None:
 def test_summary_counts_what_leaves_the_ranges() -> None:
     q = np.tile(np.full(N_JOINTS, 0.05), (20, 1))
     q[:5, 5] = UPPER[5] + 0.1
-    one = Recording("a", np.arange(20) / 50, q, 1, "s", "cube", "cube-raise", 0.19, 0.085)
-    two = Recording("b", np.arange(20) / 50, q[5:].repeat(2, 0)[:20], 2, "s", "jar", "t", 0.2, 0.09)
+    one = Recording("a", np.arange(20) / 50, q, 1, "s", "cube", "cube-raise", HandSize(0.19, 0.085))
+    two = Recording(
+        "b", np.arange(20) / 50, q[5:].repeat(2, 0)[:20], 2, "s", "jar", "t", HandSize(0.2, 0.09)
+    )
     found = summarise(RecordingSet((one, two)))
     assert found["n_recordings"] == 2 and found["n_frames"] == 40
     assert found["objects"] == {"cube": 1, "jar": 1}

@@ -9,13 +9,16 @@ from handsim.errors import InputError
 from handsim.joints import N_JOINTS
 from handsim.recordings.folder import read_recordings, write_recordings
 from handsim.recordings.recording import Recording, RecordingSet
+from handsim.types import HandSize
 
 NAMES = ("a", "b", "c", "d", "e")
 
 
 def recording(name: str, seed: int = 0) -> Recording:
     q = np.random.default_rng(seed).uniform(-1.0, 1.0, (12, N_JOINTS))
-    return Recording(name, np.arange(12) / 100, q, 14, "someone", "cube", "cube-raise", 0.19, 0.085)
+    return Recording(
+        name, np.arange(12) / 100, q, 14, "someone", "cube", "cube-raise", HandSize(0.19, 0.085)
+    )
 
 
 @pytest.fixture
@@ -97,7 +100,8 @@ def test_recordings_are_equal_by_what_they_hold(five):
     assert one is not same and {one, same} == {one}
     for change in (
         {"name": "z"}, {"number": 15}, {"subject": "x"}, {"object": "x"}, {"task": "x"},
-        {"hand_length": 0.191}, {"hand_breadth": 0.086}, {"time": one.time + 1e-9},
+        {"hand": HandSize(0.191, 0.085)}, {"hand": HandSize(0.19, 0.086)},
+        {"time": one.time + 1e-9},
         {"q": one.q + 1e-12}, {"time": one.time[:11], "q": one.q[:11]},
     ):  # fmt: skip
         other = replace(one, **change)

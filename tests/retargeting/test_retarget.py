@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -14,10 +15,11 @@ from handsim.recordings.folder import read_recordings
 from handsim.retargeting._posture_fit import OPENING_TOLERANCE, TIP_TOLERANCE, PostureFit
 from handsim.retargeting.retarget import SETTLING, Retargeter, Weights, human_hand
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.types import HandSize
 
 FOUR_FINGERS = Path(__file__).parent / "data" / "four_finger_hand.xml"
 TIPS = {"thumb": "thumb_touch", "index": "f1_touch", "middle": "f2_touch", "ring": "f3_touch"}
-SMALLER = (0.15, 0.15 * 0.0883 / 0.1933)
+SMALLER = HandSize(0.15, 0.15 * 0.0883 / 0.1933)
 """A hand of the default's proportions."""
 
 
@@ -44,7 +46,7 @@ def test_the_four_finger_hand_is_unlike_a_persons(robot):
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("name", ["rest", "pinch", "tripod"])
 def test_the_same_kinematics_at_another_size_give_the_posture_back(side, name):
-    retargeter = Retargeter(human_hand(*SMALLER, side=side), side=side)
+    retargeter = Retargeter(human_hand(replace(SMALLER, side=side)), HandSize(side=side))
     assert retargeter.scale == pytest.approx(0.15 / 0.1933)
     q = POSTURES[name]
     result = retargeter.retarget(q)
@@ -57,7 +59,7 @@ def test_the_same_kinematics_at_another_size_give_the_posture_back(side, name):
 
 
 def test_the_same_kinematics_follow_a_recording(reach):
-    retargeter = Retargeter(human_hand(*SMALLER))
+    retargeter = Retargeter(human_hand(SMALLER))
     result = retargeter.retarget(reach)
     given = reach[:, [JOINT_INDEX[joint] for joint in result.joint_names]]
     assert np.sqrt(np.mean((result.positions - given) ** 2)) < np.deg2rad(1)
@@ -190,7 +192,9 @@ def test_left_robot_mirrors_a_right_recording(robot, reach):
     for site in spec.sites:
         site.pos = site.pos * [1, -1, 1]
         site.quat = site.quat * [1, -1, 1, -1]
-    left = Retargeter(RobotHand(spec, "base_frame", TIPS), side="left").retarget(reach[-1])
+    left = Retargeter(RobotHand(spec, "base_frame", TIPS), HandSize(side="left")).retarget(
+        reach[-1]
+    )
     right = Retargeter(robot).retarget(reach[-1])
     assert np.allclose(left.positions, right.positions, atol=1e-4)
 
@@ -290,4 +294,4 @@ def test_bad_input_names_what_is_wrong(robot):
     with pytest.raises(InputError, match="opening scale"):
         Retargeter(robot, opening_scale=-1.0)
     with pytest.raises(InputError, match="hand length"):
-        Retargeter(robot, hand_length=2.0)
+        Retargeter(robot, HandSize(2.0))

@@ -6,11 +6,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from handsim.errors import FileError, InputError, UnknownNameError
-from handsim.hand.anthropometry import LENGTHS, hand_geometry
+from handsim.hand.anthropometry import LENGTHS, HandGeometry
 from handsim.hand.mjcf import build_hand
 from handsim.joints import FINGERS
 from handsim.retargeting.retarget import human_hand
 from handsim.retargeting.robot_hand import AttachedFrame, RobotHand
+from handsim.types import HandSize
 
 FOUR_FINGERS = Path(__file__).parent / "data" / "four_finger_hand.xml"
 TIPS = {"thumb": "thumb_touch", "index": "f1_touch", "middle": "f2_touch", "ring": "f3_touch"}
@@ -95,7 +96,7 @@ def test_chain_of_followers_is_followed_to_its_end():
             end="third",
         ),
         four_fingers(),
-        human_hand(side="left"),
+        human_hand(HandSize(side="left")),
     ],
     ids=["slide", "follows", "chain", "four-fingers", "human"],
 )
@@ -142,7 +143,7 @@ def test_palm_that_moves_with_the_fingers_is_the_frame_all_the_same():
 
 
 def test_human_fingers_begin_at_their_knuckles_and_have_the_tables_lengths():
-    hand, geometry = human_hand(0.18, 0.08), hand_geometry(0.18, 0.08)
+    hand, geometry = human_hand(HandSize(0.18, 0.08)), HandGeometry(HandSize(0.18, 0.08))
     assert hand.fingers == FINGERS
     assert len(hand.joint_names) == 20, "all but the wrist"
     assert np.allclose(hand.roots[0], geometry.thumb_cmc)
@@ -159,8 +160,8 @@ def test_finger_whose_metacarpal_moves_begins_where_it_is_said_to():
     little = {"little": "little_pad"}
     plain = RobotHand(build_hand(), "palm", little)
     named = RobotHand(build_hand(), "palm", little, knuckles={"little": "little_mcp"})
-    assert np.allclose(plain.roots[0], hand_geometry().arch_origin)
-    assert np.allclose(named.roots[0], hand_geometry().mcp("little"))
+    assert np.allclose(plain.roots[0], HandGeometry().arch_origin)
+    assert np.allclose(named.roots[0], HandGeometry().mcp("little"))
     assert named.reach[0] == pytest.approx(human_hand().reach[4])
     assert named.joint_names == plain.joint_names, "the arch is moved all the same"
     with pytest.raises(UnknownNameError, match="little_mcp"):

@@ -10,7 +10,7 @@ from handsim.objects.mjcf import OBJECTS
 from handsim.physics import CONTACT_SOLREF, set_physics
 from handsim.tasks.scene import build_scene, hand_axes, start_pose
 from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS, Task, task_by_name
-from handsim.types import Side
+from handsim.types import HandSize, Side
 
 CAMERAS = ("view", "front", "side", "top", "palm")
 SIDES: tuple[Side, ...] = ("right", "left")
@@ -38,7 +38,7 @@ def test_a_scene_has_everything_under_its_name() -> None:
 @every_task
 @pytest.mark.parametrize("side", SIDES)
 def test_every_scene_runs_under_noise_without_a_warning(task: Task, side: Side) -> None:
-    model, data = loaded(build_scene(task, side=side))
+    model, data = loaded(build_scene(task, HandSize(side=side)))
     assert data.ncon < 40
     generator = np.random.default_rng(task.number)
     low, high = model.actuator_ctrlrange.T
@@ -52,7 +52,7 @@ def test_every_scene_runs_under_noise_without_a_warning(task: Task, side: Side) 
 @every_task
 def test_nothing_touches_at_the_start_but_the_object_and_the_table(task: Task) -> None:
     for side in SIDES:
-        model, data = loaded(build_scene(task, side=side))
+        model, data = loaded(build_scene(task, HandSize(side=side)))
         root = model.body_rootid[model.geom_bodyid]
         hand = model.body("forearm").id
         for contact in data.contact:
@@ -65,7 +65,7 @@ def test_the_left_scene_is_the_mirror_image_of_the_right(task: Task) -> None:
     flip = np.diag([1.0, -1.0, 1.0])
     places = []
     for side in SIDES:
-        _, data = loaded(build_scene(task, side=side))
+        _, data = loaded(build_scene(task, HandSize(side=side)))
         places.append([data.site("grasp").xpos.copy(), data.body("palm").xpos.copy()])
         places[-1].append(data.body("forearm").xmat.reshape(3, 3).copy())
     right, left = places
@@ -159,14 +159,14 @@ def test_unknown_objects_and_hands_too_large_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="scissors"):
         build_scene("scisors")
     with pytest.raises(InputError, match=r"0\.26"):
-        build_scene("cube", hand_length=2.0)
+        build_scene("cube", HandSize(2.0))
 
 
 def test_what_the_other_hand_holds_stays_put() -> None:
     """A torque that turns the standing jar does not turn the held one."""
     turned = []
     for grasp_object in (task_by_name("jar-unscrew"), "jar"):
-        model, data = loaded(build_scene(grasp_object, with_hand=False))
+        model, data = loaded(build_scene(grasp_object, None))
         data.joint("object_joint").qfrc_applied[5] = 0.3
         mujoco.mj_step(model, data, nstep=20)
         turned.append(abs(np.rad2deg(2 * np.arcsin(data.joint("object_joint").qpos[6]))))
@@ -185,7 +185,7 @@ def test_hand_axes_are_a_frame_with_the_palm_along_the_approach() -> None:
 
 def test_the_start_is_before_the_object_against_the_approach() -> None:
     task = task_by_name("tall-glass-top-move")
-    pos, quat = start_pose(task, 0.19, distance=0.14)
+    pos, quat = start_pose(task, HandSize(0.19), distance=0.14)
     dorsal = Rotation.from_quat(quat, scalar_first=True).apply([0, 0, 1])
     np.testing.assert_allclose(dorsal, [0, 0, 1], atol=1e-12)
     assert pos[2] == pytest.approx(task.grasp.point[2] + 0.14)

@@ -53,7 +53,7 @@ def test_the_grasp_lies_midway_between_surfaces_its_width_apart(task: Task) -> N
     """Seen along the opposition axis, the object's surfaces lie half the width to either side."""
     if task.grasp.kind == "loops":
         pytest.skip("the pads stand inside two loops; see the next test")
-    model = build_scene(task, with_hand=False).compile()
+    model = build_scene(task, None).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     frame = data.body("object")
@@ -68,7 +68,7 @@ def test_the_grasp_lies_midway_between_surfaces_its_width_apart(task: Task) -> N
 def test_the_pads_that_use_the_scissors_stand_in_its_loops() -> None:
     """Both pads are free of the object, and pushed together they meet the loops' inner walls."""
     task = task_by_name("scissors-use")
-    model = build_scene(task, with_hand=False).compile()
+    model = build_scene(task, None).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     turn = data.body("object").xmat.reshape(3, 3)

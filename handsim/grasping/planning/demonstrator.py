@@ -86,8 +86,7 @@ def demonstrate(
     """
     if variation is None:
         variation = USUAL if conditions.nominal else trial_variation(conditions.seed)
-    size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
-    hand = HandModel.from_spec(build_hand(*size))
+    hand = HandModel.from_spec(build_hand(conditions.hand))
     return demonstrate_on(Scene.build(task, conditions), hand, variation=variation)
 
 
@@ -114,7 +113,7 @@ def demonstrate_on(
     brief
         End the run once the object is lost.
     """
-    plan, q_open = scripted_plan(scene.task, hand, offsets, scene.conditions.side)
+    plan, q_open = scripted_plan(scene.task, hand, offsets, scene.conditions.hand.side)
     plan = replace(plan, q_start=variation.rest)
     schedule = replace(schedule_for(scene.task), reach=variation.reach)
     driver = ScriptedDriver(

@@ -118,8 +118,8 @@ class ControllerGrasper:
         """Return the stored plan of a task, or make and store it."""
         conditions = scene.conditions
         if self.mode == "replay":
-            size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
-            return replayed_plan(self.controller, scene, HandModel.from_spec(build_hand(*size)))
+            hand = HandModel.from_spec(build_hand(conditions.hand))
+            return replayed_plan(self.controller, scene, hand)
         found = self.look_up(task, conditions, scene)
         if isinstance(found, GraspPlan):
             return found

@@ -23,7 +23,7 @@ from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import Collider, GraspObject, Piece
 from handsim.tasks.rules import MAX_PENETRATION, TRACE_HEIGHT
 from handsim.tasks.task import Task
-from handsim.types import Side
+from handsim.types import HandSize
 
 Rows = npt.NDArray[Any]
 
@@ -86,11 +86,7 @@ class PlanKey:
 
 def planned_for(conditions: Conditions) -> Conditions:
     """Return what is planned for: the hand of the conditions, and all else as usual."""
-    return Conditions(
-        hand_length=conditions.hand_length,
-        hand_breadth=conditions.hand_breadth,
-        side=conditions.side,
-    )
+    return Conditions(hand=conditions.hand)
 
 
 def key_for(task: Task, conditions: Conditions, scene: Scene | None = None) -> PlanKey:
@@ -108,18 +104,13 @@ def key_for(task: Task, conditions: Conditions, scene: Scene | None = None) -> P
     seen = replace(conditions, seed=0, nominal=True, shake=0.0)  # what makes no other scene
     if scene is not None and seen == planned_for(conditions):
         return key_of(scene)
-    size = (conditions.hand_length, conditions.hand_breadth)
-    return _usual_key(task, task.object, *size, conditions.side)
+    return _usual_key(task, task.object, conditions.hand)
 
 
 @lru_cache(maxsize=256)
-def _usual_key(
-    task: Task, grasp_object: GraspObject, length: float, breadth: float, side: Side
-) -> PlanKey:
+def _usual_key(task: Task, grasp_object: GraspObject, hand: HandSize) -> PlanKey:
     """Build the scene that is planned for and return its key."""
-    return key_of(
-        Scene.build(task, Conditions(hand_length=length, hand_breadth=breadth, side=side))
-    )
+    return key_of(Scene.build(task, Conditions(hand=hand)))
 
 
 def key_of(scene: Scene) -> PlanKey:

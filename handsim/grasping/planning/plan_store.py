@@ -151,7 +151,8 @@ def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> 
     conditions
         Only size (to a micrometre) and side of the hand count.
     """
-    hand = f"{conditions.hand_length:.6f} {conditions.hand_breadth:.6f} {conditions.side}"
+    size = conditions.hand
+    hand = f"{size.length:.6f} {size.breadth:.6f} {size.side}"
     owner = hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
     return PlanStore(folder / f"{owner}.json", owner)
 

@@ -75,7 +75,7 @@ ARRIVAL_RANGE = (0.4, 0.95)
 
 def replayed_plan(controller: GraspController, scene: Scene, hand: HandModel) -> GraspPlan:
     """Return the plan that takes the recorded destination as it is, palm pose by the script."""
-    scripted, _ = scripted_plan(scene.task, hand, side=scene.conditions.side)
+    scripted, _ = scripted_plan(scene.task, hand, side=scene.conditions.hand.side)
     recorded = controller.demonstration(scene.task.name)
     return replace(scripted, q_goal=recorded.q_goal)
 
@@ -145,12 +145,11 @@ class _Search:
 
     def __init__(self, controller: GraspController, task: Task, conditions: Conditions) -> None:
         self.controller = controller
-        self.task = task.for_side(conditions.side)
+        self.task = task.for_side(conditions.hand.side)
         tried = tried_conditions(conditions, N_PERTURBED)
         self.scenes = [Scene.build(task, each) for each in tried]
-        size = (conditions.hand_length, conditions.hand_breadth, conditions.side)
-        self.hand = HandModel.from_spec(build_hand(*size))
-        self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.side)
+        self.hand = HandModel.from_spec(build_hand(conditions.hand))
+        self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
         self.size = len(controller.subspace.components_) + 8
         low, high = controller.navigation.obstacle.lower, controller.navigation.obstacle.upper
         margin = EDGE * (high - low)

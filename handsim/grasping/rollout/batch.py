@@ -52,7 +52,7 @@ def grasp_batch(
         if seen not in scenes:
             scenes[seen] = Scene.build(task, each)
         scene = replace(scenes[seen], conditions=each)
-        key = (each.side, scene.lead.tobytes())
+        key = (each.hand.side, scene.lead.tobytes())
         if key not in drivers:
             schedule = schedule_for(scene.task)
             drivers[key] = learned_driver(controller, plan, scene.lead, schedule)

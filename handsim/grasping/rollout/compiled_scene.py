@@ -67,7 +67,7 @@ class Scene:
         damping = -model.actuator_biasprm[index, 2]
         grasp_object = task.object
         return cls(
-            task=task.for_side(conditions.side),
+            task=task.for_side(conditions.hand.side),
             conditions=conditions,
             hand=hand,
             xml=partial(_xml, task, conditions),
@@ -88,9 +88,7 @@ def _scene(task: Task, conditions: Conditions) -> mujoco.MjSpec:
     dx, dy, yaw = conditions.object_offset
     return build_scene(
         task,
-        hand_length=conditions.hand_length,
-        hand_breadth=conditions.hand_breadth,
-        side=conditions.side,
+        conditions.hand,
         friction=conditions.friction,
         mass_scale=conditions.mass_scale,
         offset=(dx, dy),

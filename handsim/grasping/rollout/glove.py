@@ -53,6 +53,5 @@ def recorded_reach(rollout: Rollout, task: Task) -> Recording:
         subject=SYNTHETIC,
         object=task.object_name,
         task=task.name,
-        hand_length=rollout.conditions.hand_length,
-        hand_breadth=rollout.conditions.hand_breadth,
+        hand=rollout.conditions.hand,
     )

@@ -232,7 +232,7 @@ def _teams(jobs: Sequence[Job], all_commands: Sequence[Commands]) -> list[_Team]
     members: dict[Hashable, list[int]] = {}
     for i, (job, commands) in enumerate(zip(jobs, all_commands, strict=True)):
         palm = job.scene.hand.model.body("palm")
-        wrist = (job.scene.conditions.side, *palm.pos.tolist(), *palm.quat.tolist())
+        wrist = (job.scene.conditions.hand.side, *palm.pos.tolist(), *palm.quat.tolist())
         key = (id(job.driver), job.glove, commands.schedule, wrist)
         members.setdefault(key, []).append(i)
     teams = []

@@ -159,7 +159,7 @@ def check_plans(spec: SweepSpec, sources: Mapping[str, Source]) -> None:
         If a file of plans cannot be read.
     """
     for name, hand, side in product(spec.controllers, spec.hands, spec.sides):
-        usual = Conditions(hand_length=hand.length, hand_breadth=hand.breadth, side=side)
+        usual = Conditions(hand=hand.size(side))
         grasper = sources[name].grasper(usual)
         if isinstance(grasper, ControllerGrasper):
             grasper.read()

@@ -9,7 +9,7 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import LIMITS, Conditions, perturb
 from handsim.hand.population import Sex, preset, sample_sizes
 from handsim.tasks.task import Task
-from handsim.types import Side
+from handsim.types import HandSize, Side
 
 DEMONSTRATOR = "demonstrator"
 BUILT_IN = "built-in"
@@ -25,6 +25,10 @@ class SweepHand:
     length: float
     breadth: float
 
+    def size(self, side: Side) -> HandSize:
+        """Return the right or left hand of that size."""
+        return HandSize(self.length, self.breadth, side)
+
 
 def hand_preset(name: str) -> SweepHand:
     """Return a preset, ``woman-5`` to ``man-95``.
@@ -34,7 +38,8 @@ def hand_preset(name: str) -> SweepHand:
     UnknownNameError
         If there is no such preset.
     """
-    return SweepHand(name, *preset(name))
+    size = preset(name)
+    return SweepHand(name, size.length, size.breadth)
 
 
 def sampled_hands(sex: Sex, count: int, seed: int = 0) -> tuple[SweepHand, ...]:
@@ -47,8 +52,11 @@ def sampled_hands(sex: Sex, count: int, seed: int = 0) -> tuple[SweepHand, ...]:
     InputError
         If the count is negative.
     """
-    sizes = sample_sizes(count, sex, seed).round(4).tolist()
-    return tuple(SweepHand(f"{sex}-{seed}-{i}", *size) for i, size in enumerate(sizes, start=1))
+    sizes = sample_sizes(count, sex, seed)
+    return tuple(
+        SweepHand(f"{sex}-{seed}-{i}", round(size.length, 4), round(size.breadth, 4))
+        for i, size in enumerate(sizes, start=1)
+    )
 
 
 @dataclass(frozen=True)
@@ -67,9 +75,7 @@ class SweepRun:
     @property
     def usual(self) -> Conditions:
         """The hand, and nothing else out of the ordinary: what is planned for."""
-        return Conditions(
-            hand_length=self.hand.length, hand_breadth=self.hand.breadth, side=self.side
-        )
+        return Conditions(hand=self.hand.size(self.side))
 
     @property
     def conditions(self) -> Conditions:
@@ -121,7 +127,7 @@ class SweepSpec:
                 twice = next(key for key in keys if keys.count(key) > 1)
                 raise InputError(f"{name}: {twice} is there twice; no run is made twice")
         for hand in self.hands:
-            Conditions(hand_length=hand.length, hand_breadth=hand.breadth)
+            Conditions(hand=hand.size("right"))
         for name, values in (
             ("friction", self.frictions), ("mass_scale", self.mass_scales), ("seed", self.seeds)
         ):  # fmt: skip

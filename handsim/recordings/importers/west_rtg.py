@@ -35,7 +35,7 @@ from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.recordings.folder import Recording, RecordingSet
 from handsim.recordings.importers._matlab import read_variables
 from handsim.recordings.phases import cut_reach_to_grasp
-from handsim.types import Array
+from handsim.types import Array, HandSize
 
 FORMATS = ("west-rtg",)
 """Names of the layouts that `import_recordings` reads."""
@@ -51,8 +51,7 @@ _WEST_SIGNS = np.array(
     [-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, 1, -1, -1, -1, -1, -1, -1, -1, -1, 1, -1, 1], float
 )
 # The source does not give hand sizes; these are means of adult men, the nominal hand of the models.
-_UNKNOWN_HAND_LENGTH = 0.19
-_UNKNOWN_HAND_BREADTH = 0.085
+_UNKNOWN_HAND = HandSize(0.19, 0.085)
 
 
 def import_recordings(
@@ -116,8 +115,7 @@ def _west_subject(angles: Array, times: Array, subject: int) -> list[Recording]:
                     subject=str(subject),
                     object=object_name,
                     task=f"{object_name}-grasp",
-                    hand_length=_UNKNOWN_HAND_LENGTH,
-                    hand_breadth=_UNKNOWN_HAND_BREADTH,
+                    hand=_UNKNOWN_HAND,
                 )
             )
     return recordings

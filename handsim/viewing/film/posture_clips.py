@@ -5,13 +5,12 @@
 import mujoco
 import numpy as np
 
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.hand.mjcf import build_hand
 from handsim.joints import JOINT_NAMES
 from handsim.learning.controller import GraspController
 from handsim.recordings.folder import Recording
 from handsim.recordings.recording import SYNTHETIC
-from handsim.types import Array, Side
+from handsim.types import MEDIAN_HAND, Array, HandSize
 from handsim.viewing.film.clips import Clip, Overlay
 from handsim.viewing.film.overlay import Caption, SubspaceInset
 
@@ -20,19 +19,15 @@ _UPRIGHT = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
 _SKY_TOP, _SKY_BOTTOM = (0.93, 0.95, 0.98), (0.78, 0.82, 0.87)
 
 
-def posture_model(
-    hand_length: float = HAND_LENGTH, hand_breadth: float = HAND_BREADTH, side: Side = "right"
-) -> mujoco.MjModel:
+def posture_model(size: HandSize = MEDIAN_HAND) -> mujoco.MjModel:
     """Compile the hand, upright, with light and background for drawing.
 
     Parameters
     ----------
-    hand_length, hand_breadth
-        [m].
-    side
-        ``right`` or ``left``.
+    size
+        As in `build_hand`.
     """
-    spec = build_hand(hand_length, hand_breadth, side)
+    spec = build_hand(size)
     spec.body("forearm").quat = _UPRIGHT
     spec.add_texture(
         name="background",
@@ -83,7 +78,7 @@ def comparison_clips(recording: Recording, controller: GraspController) -> tuple
     """
     duration = recording.duration
     sequence = controller.postures(recording.q[0], recording.q[-1], duration=duration)
-    model = posture_model(recording.hand_length, recording.hand_breadth)
+    model = posture_model(recording.hand)
     recorded = controller.subspace.transform(recording.q)
     followed = controller.subspace.transform(sequence.q)
     time = recording.time - recording.time[0]

@@ -21,10 +21,9 @@ from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import Scene
-from handsim.hand.anthropometry import HAND_BREADTH, HAND_LENGTH
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import TASKS, task_by_name
-from handsim.types import Array
+from handsim.types import MEDIAN_HAND, Array, HandSize
 from handsim.viewing.film.posture_clips import posture_clip, posture_model
 from handsim.viewing.live.shapes import geom_colour, geom_mesh, visible_geoms
 
@@ -143,7 +142,7 @@ class LivePage:
                 for i, (low, high) in enumerate(bounds)
             ]
         with gui.add_folder("Hand"):
-            length, breadth = round(1000 * HAND_LENGTH), round(1000 * HAND_BREADTH)
+            length, breadth = round(1000 * MEDIAN_HAND.length), round(1000 * MEDIAN_HAND.breadth)
             self._length = gui.add_slider("length [mm]", *LENGTHS_MM, 1, length)
             self._breadth = gui.add_slider("breadth [mm]", *BREADTHS_MM, 1, breadth)
         with gui.add_folder("Grasp"):
@@ -176,14 +175,14 @@ class LivePage:
 
     def _conditions(self) -> Conditions:
         _, (length, breadth), _ = self._seen
-        return Conditions(hand_length=length, hand_breadth=breadth)
+        return Conditions(hand=HandSize(length, breadth))
 
     def _show_posture(self) -> None:
         """Show the hand alone, at the coordinates that are chosen."""
         coordinates, size, _ = self._seen
         q = self._controller.subspace.inverse_transform(np.deg2rad(coordinates))
         if self._alone != size:
-            model = posture_model(*size)
+            model = posture_model(HandSize(*size))
             self._show(model, model.qpos0, _OF_POSTURE)
             self._alone = size
         self._place(posture_clip(np.zeros(1), q[None], self._model).qpos[0])

@@ -29,6 +29,7 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import JOINT_INDEX, LOWER, UPPER
 from handsim.tasks.table_one import TASK_NAMES, task_by_name
+from handsim.types import HandSize
 
 
 def adjusted(**values: float) -> DemonstratorOffsets:
@@ -98,7 +99,7 @@ def test_a_left_hand_grasps_as_the_mirror_image():
     assert task.name in demonstrator_offsets()
     plans = {}
     for side in ("right", "left"):
-        hand = HandModel.from_spec(build_hand(side=side))
+        hand = HandModel.from_spec(build_hand(HandSize(side=side)))
         plans[side], _ = scripted_plan(task.for_side(side), hand, side=side)
     mirror = np.array([1.0, -1.0, 1.0])
     np.testing.assert_allclose(plans["left"].palm.pos, mirror * plans["right"].palm.pos, atol=1e-6)

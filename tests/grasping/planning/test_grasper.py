@@ -24,6 +24,7 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
 from handsim.recordings.folder import Recording, RecordingSet
 from handsim.tasks.table_one import task_by_name
+from handsim.types import HandSize
 
 
 def test_an_object_is_left_out_with_all_its_recordings():
@@ -39,8 +40,7 @@ def test_an_object_is_left_out_with_all_its_recordings():
                 object=name,
                 task="t",
                 subject="s",
-                hand_length=0.19,
-                hand_breadth=0.09,
+                hand=HandSize(0.19, 0.09),
             )
             for i, name in enumerate(["cube", "jar", "cube"], start=1)
         )
@@ -51,12 +51,12 @@ def test_an_object_is_left_out_with_all_its_recordings():
 
 
 def test_trials_have_the_seeds_that_follow():
-    usual = Conditions(seed=7, hand_length=0.18)
+    usual = Conditions(seed=7, hand=HandSize(0.18))
     nominal, *trials = trial_conditions(usual, 2)
     assert nominal == usual
     assert [each.seed for each in trials] == [8, 9]
     assert not any(each.nominal for each in trials)
-    assert {each.hand_length for each in trials} == {0.18}
+    assert {each.hand.length for each in trials} == {0.18}
 
 
 TASK, JAR = task_by_name("cube-raise"), task_by_name("jar-move")
@@ -176,7 +176,7 @@ def test_all_that_is_another_is_named_and_what_is_shown_is_left_out(grasper, pla
 
 def test_a_hand_that_is_another_has_a_plan_of_its_own(grasper, searches):
     made, told = grasper()
-    small = Conditions(hand_length=0.175)
+    small = Conditions(hand=HandSize(0.175))
     made.plan_for(TASK, Scene.build(TASK, Conditions()))
     made.plan_for(TASK, Scene.build(TASK, small))
     assert [each.conditions for each in searches] == [Conditions(), small]

@@ -20,6 +20,7 @@ from handsim.objects import mjcf as hand_objects
 from handsim.objects.object import Collider, Piece, TriangleMesh
 from handsim.tasks import task as grasp_task
 from handsim.tasks.table_one import TASKS, task_by_name
+from handsim.types import HandSize
 
 TASK = task_by_name("cube-raise")
 PHYSICS, HAND = ("physics",), ("hand",)
@@ -98,7 +99,11 @@ def test_looks_and_names_of_objects_do_not_count(usual):
 
 @pytest.mark.parametrize(
     "conditions",
-    [Conditions(hand_length=0.180), Conditions(hand_breadth=0.0851), Conditions(side="left")],
+    [
+        Conditions(hand=HandSize(0.180)),
+        Conditions(hand=HandSize(breadth=0.0851)),
+        Conditions(hand=HandSize(side="left")),
+    ],
 )
 def test_another_hand_is_told(usual, conditions):
     assert "hand" in usual.differs_in(key(TASK, conditions))
@@ -182,7 +187,7 @@ def test_what_runs_switch_off_and_on_does_not_count(usual):
 
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_a_perturbed_run_goes_by_the_plan_of_the_usual_one(side, monkeypatch):
-    conditions = Conditions(side=side)
+    conditions = Conditions(hand=HandSize(side=side))
     perturbed = perturb(conditions, 5)
     scene = Scene.build(TASK, perturbed)
     expected = key(TASK, conditions)

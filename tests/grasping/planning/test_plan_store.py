@@ -17,6 +17,7 @@ from handsim.grasping.planning.plan_key import PlanKey
 from handsim.grasping.planning.plan_store import PlanStore, StoredPlan, plan_store
 from handsim.joints import N_JOINTS
 from handsim.learning.controller import GraspController
+from handsim.types import MEDIAN_HAND, HandSize
 
 KEY = PlanKey("t", "o", "h", "s", "p")
 SCHEMA_1 = Path(__file__).parents[2] / "data" / "schemas" / "plans-1.json"
@@ -67,13 +68,13 @@ def test_hands_and_controllers_have_files_of_their_own(tmp_path):
     stores = [
         plan_store(tmp_path, "a", Conditions()),
         plan_store(tmp_path, "b", Conditions()),
-        plan_store(tmp_path, "a", Conditions(hand_length=0.18)),
-        plan_store(tmp_path, "a", Conditions(hand_breadth=0.09)),
-        plan_store(tmp_path, "a", Conditions(side="left")),
+        plan_store(tmp_path, "a", Conditions(hand=HandSize(0.18))),
+        plan_store(tmp_path, "a", Conditions(hand=HandSize(breadth=0.09))),
+        plan_store(tmp_path, "a", Conditions(hand=HandSize(side="left"))),
     ]
     assert len({store.path for store in stores}) == 5
     assert plan_store(tmp_path, "a", Conditions(seed=5, friction=0.5)) == stores[0]
-    noise = Conditions(hand_length=Conditions().hand_length * (1 + 1e-15))
+    noise = Conditions(hand=HandSize(MEDIAN_HAND.length * (1 + 1e-15)))
     assert plan_store(tmp_path, "a", noise) == stores[0]
 
 

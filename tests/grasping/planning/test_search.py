@@ -17,6 +17,7 @@ from handsim.grasping.rollout.record import Phase
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import task_by_name
 from handsim.tasks.task import Task
+from handsim.types import HandSize
 
 
 def counted(values):
@@ -146,14 +147,14 @@ def test_grip_counts_after_the_squeeze_began():
 
 
 def test_a_search_tries_as_it_is_and_perturbed():
-    nominal = Conditions(seed=3, hand_length=0.18)
+    nominal = Conditions(seed=3, hand=HandSize(0.18))
     tried = tried_conditions(nominal, 2)
     assert tried[0] is nominal
     assert [each.nominal for each in tried] == [True, False, False]
     # Trials are given the seeds that follow the nominal one's; none of them may be practised.
     assert [each.seed for each in tried[1:]] == [1000, 1001]
     assert len({each.friction for each in tried}) == 3
-    assert {each.hand_length for each in tried} == {0.18}
+    assert {each.hand.length for each in tried} == {0.18}
     assert tried_conditions(nominal, 0) == [nominal]
 
 

@@ -22,6 +22,7 @@ from handsim.hand.model import HandModel
 from handsim.joints import UPPER
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
+from handsim.types import HandSize
 
 TASK = task_by_name("cube-raise")
 
@@ -66,7 +67,7 @@ def test_seeds_sizes_and_perturbations_come_out_as_one_by_one(controller, plan):
     conditions = [
         Conditions(seed=3),
         perturb(Conditions(), 1),
-        Conditions(hand_length=0.175, hand_breadth=0.078),
+        Conditions(hand=HandSize(0.175, 0.078)),
         Conditions(seed=4),
         perturb(Conditions(), 2),
     ]

@@ -36,7 +36,7 @@ def made(name: str, seed: int | None = None) -> Recording:
 
 def differences(made: Recording, kept: Recording) -> list[str]:
     """What tells two recordings of a virtual glove apart."""
-    labels = ("name", "number", "subject", "object", "task", "hand_length", "hand_breadth")
+    labels = ("name", "number", "subject", "object", "task", "hand")
     found = [label for label in labels if getattr(made, label) != getattr(kept, label)]
     if made.time.shape != kept.time.shape:
         return [*found, "frames"]

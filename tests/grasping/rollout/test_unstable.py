@@ -15,6 +15,7 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import N_JOINTS
 from handsim.tasks.table_one import task_by_name
+from handsim.types import HandSize
 
 TASK = task_by_name("cube-raise")
 AT = 0.31
@@ -93,8 +94,8 @@ def test_what_is_no_number_is_found_within_a_step(scene, plan, kind, tmp_path, m
 @pytest.mark.parametrize(
     "extreme",
     [
-        {"hand_length": 0.13, "hand_breadth": 0.06},
-        {"hand_length": 0.25, "hand_breadth": 0.11},
+        {"hand": HandSize(0.13, 0.06)},
+        {"hand": HandSize(0.25, 0.11)},
         {"friction": LIMITS["friction"][0]},
         {"friction": LIMITS["friction"][1]},
         {"mass_scale": LIMITS["mass_scale"][0]},

@@ -52,7 +52,7 @@ def test_everything_that_can_be_said(read):
     assert spec.tasks == TASKS
     assert spec.controllers == ("demonstrator", "people, and more.npz")
     assert spec.hands[:2] == (
-        SweepHand("woman-5", *PRESETS["woman-5"]),
+        SweepHand("woman-5", PRESETS["woman-5"].length, PRESETS["woman-5"].breadth),
         SweepHand("0.19x0.085", 0.19, 0.085),
     )
     assert spec.hands[2:] == sampled_hands("woman", 3, 1) + sampled_hands("man", 2, 0)

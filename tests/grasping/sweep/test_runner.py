@@ -21,6 +21,7 @@ from handsim.grasping.sweep.table import open_table
 from handsim.learning.controller import GraspController
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import task_by_name
+from handsim.types import HandSize
 
 CUBE, JAR = task_by_name("cube-raise"), task_by_name("jar-move")
 HELD = Outcome(True, None, 0.12, 0.001, 2.0, 3.1, 4, 0.0005)
@@ -112,7 +113,7 @@ def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch)
     planned, used = [], []
 
     def quickly(controller, task, conditions, hint, *, seed):
-        planned.append((task.name, conditions.hand_length, conditions.side))
+        planned.append((task.name, conditions.hand.length, conditions.hand.side))
         assert conditions.nominal
         assert hint is not None
         return known[task.name], SimpleNamespace(outcome=HELD)
@@ -139,7 +140,7 @@ def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch)
     assert len(planned) == len(set(planned)) == 8
     assert len(list((tmp_path / "plans").iterdir())) == 4
     # What was planned is used as it is read back: the first time as at any other.
-    stored = grasper(Conditions(hand_length=0.165, hand_breadth=0.072)).store.read()
+    stored = grasper(Conditions(hand=HandSize(0.165, 0.072))).store.read()
     assert used[0].q_goal.tobytes() == stored["cube-raise"].q_goal.tobytes()
     # Another sweep of the same hands has its plans already.
     planned.clear()

@@ -13,6 +13,7 @@ from handsim.grasping.sweep.spec import (
 )
 from handsim.hand.population import PRESETS
 from handsim.tasks.table_one import TASKS, task_by_name
+from handsim.types import HandSize
 
 CUBE, JAR = task_by_name("cube-raise"), task_by_name("jar-move")
 
@@ -38,7 +39,7 @@ def test_conditions_are_those_of_a_perturbed_trial_but_for_what_is_asked():
     hand = SweepHand("small", 0.17, 0.075)
     spec = SweepSpec(tasks=(CUBE,), hands=(hand,), sides=("left",), seeds=(0, 9))
     nominal, perturbed = (run.conditions for run in spec.runs())
-    assert nominal == Conditions(hand_length=0.17, hand_breadth=0.075, side="left")
+    assert nominal == Conditions(hand=HandSize(0.17, 0.075, "left"))
     assert perturbed == perturb(nominal, 9)
     asked = SweepSpec(
         tasks=(CUBE,), hands=(hand,), sides=("left",), frictions=(0.3,), mass_scales=(2.0,),
@@ -56,7 +57,7 @@ def test_hands_are_drawn_from_the_population_and_stay_the_same():
     assert hands[:5] != sampled_hands("woman", 5, seed=4)
     assert len({hand.name for hand in hands}) == 200
     mean = sum(hand.length for hand in hands) / 200
-    assert mean == pytest.approx(PRESETS["woman-50"][0], abs=0.002)
+    assert mean == pytest.approx(PRESETS["woman-50"].length, abs=0.002)
     assert all(round(hand.breadth, 4) == hand.breadth for hand in hands)
 
 

@@ -19,6 +19,7 @@ from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import at_arc_length
 from handsim.navigation.workspace import lay_basis
 from handsim.recordings.folder import Recording, RecordingSet
+from handsim.types import HandSize
 from handsim.viewing.figures import figures
 from handsim.viewing.figures.figures import (
     components_figure,
@@ -39,7 +40,9 @@ def closing(seed: int, n: int = 41) -> Recording:
     share = 10 * time**3 - 15 * time**4 + 6 * time**5
     q = np.outer(share, UPPER * rng.uniform(0.3, 0.7, 22))
     q += np.outer(np.sin(np.pi * share), 0.2 * rng.normal(size=22))
-    return Recording(f"r{seed}", time, q, seed + 1, "synthetic", "cube", "cube-raise", 0.19, 0.085)
+    return Recording(
+        f"r{seed}", time, q, seed + 1, "synthetic", "cube", "cube-raise", HandSize(0.19, 0.085)
+    )
 
 
 @pytest.fixture(scope="module")

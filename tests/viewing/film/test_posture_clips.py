@@ -5,6 +5,7 @@ import pytest
 from handsim.joints import FINGERS, JOINT_INDEX, JOINT_NAMES, UPPER
 from handsim.learning.learn import learn_controller
 from handsim.recordings.folder import Recording, RecordingSet
+from handsim.types import HandSize
 from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.posture_clips import comparison_clips, posture_clip, posture_model
@@ -18,7 +19,9 @@ def closing(n: int = 41, seed: int = 0) -> Recording:
     bend = 0.2 * rng.normal(size=22)
     share = 10 * time**3 - 15 * time**4 + 6 * time**5
     q = np.outer(share, goal) + np.outer(np.sin(np.pi * share), bend)
-    return Recording(f"r{seed}", time, q, seed + 1, "synthetic", "cube", "cube-raise", 0.19, 0.085)
+    return Recording(
+        f"r{seed}", time, q, seed + 1, "synthetic", "cube", "cube-raise", HandSize(0.19, 0.085)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +40,7 @@ def test_hand_stands_upright_with_its_palm_to_the_front(hand: mujoco.MjModel) ->
 
 
 def test_left_hand_is_its_mirror_image(hand: mujoco.MjModel) -> None:
-    left = posture_model(side="left")
+    left = posture_model(HandSize(side="left"))
     places = []
     for model in (hand, left):
         data = mujoco.MjData(model)

@@ -27,8 +27,7 @@ def scripted(name: str, conditions: Conditions) -> GraspPlan | None:
     """The demonstrator's plan of one task, for any hand; no other is known."""
     if name != TASK:
         return None
-    size = (conditions.hand_length, conditions.hand_breadth)
-    return scripted_plan(task_by_name(name), HandModel.from_spec(build_hand(*size)))[0]
+    return scripted_plan(task_by_name(name), HandModel.from_spec(build_hand(conditions.hand)))[0]
 
 
 @pytest.fixture
