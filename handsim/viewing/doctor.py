@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from handsim.viewing.film.video import ENCODER_INSTALL
 from handsim.viewing.opengl.backend import ProbeResult, install_command, probe
 
-PACKAGES = ("mujoco", "numpy", "scipy", "scikit-learn", "imageio-ffmpeg", "pillow")
+PACKAGES = ("mujoco", "numpy", "scipy", "scikit-learn", "imageio", "imageio-ffmpeg", "pillow")
 
 
 @dataclass(frozen=True)
