@@ -256,5 +256,7 @@ def write_image(image: Frame, path: Path | str) -> None:
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise InputError(f"{path}: pictures are written as .png; change the name")
+    # Encoded before the file is opened: on a full disk imageio would leave it open.
+    encoded = iio.imwrite("<bytes>", image, plugin="pillow", extension=".png", optimize=True)
     with replacing(path) as temporary:
-        iio.imwrite(temporary, image, plugin="pillow", optimize=True)
+        temporary.write_bytes(encoded)
