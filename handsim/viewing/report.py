@@ -21,7 +21,7 @@ from handsim.recordings.phases import summarise
 from handsim.recordings.recording import SYNTHETIC
 from handsim.types import Progress
 from handsim.viewing import html as page
-from handsim.viewing.figures.figures import make_figures
+from handsim.viewing.figures.paper_figures import make_figures
 from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.rollout_clips import rollout_clip

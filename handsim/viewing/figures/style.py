@@ -84,3 +84,17 @@ def save_figure(figure: "Figure", folder: Path, name: str) -> list[Path]:
 def label_panel(axes: "Axes", letter: str) -> None:
     """Write a panel's letter at its upper left, outside the axes."""
     axes.set_title(letter, loc="left", fontweight="bold")
+
+
+def name_axes(axes: Any, pick: tuple[int, ...]) -> None:
+    """Label axes with the components that they show, counted from 0 here and from 1 there."""
+    for letter, i in zip("xyz", pick, strict=False):
+        axes.set(**{f"{letter}label": f"PC {i + 1} [deg]"})
+
+
+def add_legend(figure: "Figure", *styles: dict[str, Any]) -> None:
+    """Name what is drawn in these styles, below all panels."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], **style) for style in styles]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
