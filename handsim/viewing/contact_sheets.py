@@ -31,6 +31,7 @@ from handsim.tasks.scene import build_scene
 from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
 from handsim.types import Array, Frame, Side
+from handsim.viewing.film.lighting import light_any_hand, light_from_the_camera
 from handsim.viewing.film.offscreen import Offscreen, open_offscreen
 from handsim.viewing.film.posture_clips import posture_model
 from handsim.viewing.film.video import contact_sheet, write_image
@@ -89,7 +90,7 @@ def _postures(
     offscreen: Offscreen, model: mujoco.MjModel, shown: Sequence[tuple[Array, _Look]]
 ) -> list[Frame]:
     """Draw postures, (22,) [rad] each, of an upright hand."""
-    model.vis.headlight.diffuse[:] = 0.5  # the lamps stand before the palm
+    light_from_the_camera(model)  # some are seen from the back
     scene, data = offscreen.add(model), mujoco.MjData(model)
     index = [model.joint(name).qposadr[0] for name in JOINT_NAMES]
     frames = []
@@ -219,17 +220,7 @@ def _by_the_palm(
     spec.worldbody.add_camera(
         name="beside_the_palm", pos=middle + 0.6 * axes @ back, quat=quat, fovy=30
     )
-    grey = [0.88, 0.90, 0.93]
-    spec.add_texture(
-        name="plain_background",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-        rgb1=grey,
-        rgb2=grey,
-        width=16,
-        height=16,
-    )
-    spec.visual.headlight.ambient = [0.45] * 3
+    light_any_hand(spec)
     model = spec.compile()
     scene, data = offscreen.add(model), mujoco.MjData(model)
     camera = mujoco.MjvCamera()
