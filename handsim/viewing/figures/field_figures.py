@@ -16,6 +16,7 @@ from handsim.viewing.figures.style import (
     RECORDED_ON_FIELD,
     START,
     WIDE,
+    LineStyle,
     add_legend,
     drawing,
     name_axes,
@@ -64,7 +65,7 @@ def field_figure(navigation: NavigationFunction, path: Array) -> "Figure":
     pairs = [(0, 1), (0, 2), (1, 2)] if n > 2 else [(0, 1)]
     with drawing(WIDE, 0.33 * WIDE if n > 2 else 0.6 * WIDE) as figure:
         spans = [navigation.obstacle.upper[i] - navigation.obstacle.lower[i] for i, _ in pairs]
-        pictures = []
+        pictures: list[Any] = []
         all_axes = figure.subplots(1, len(pairs), squeeze=False, width_ratios=spans)[0]
         for axes, pair in zip(all_axes, pairs, strict=True):
             pictures.append(_draw_slice(axes, navigation, path[-1], pair))
@@ -100,16 +101,17 @@ def _colour_bar(figure: "Figure", picture: Any, axes: Sequence["Axes"]) -> None:
     bar.set_ticks([0, 0.05, 0.2, 0.4, 0.6, 0.8, 1])
 
 
-def _draw_path(axes: "Axes", path: Array, style: dict[str, Any]) -> None:
+def _draw_path(axes: "Axes", path: Array, style: LineStyle) -> None:
     """Draw a path [rad] with a dark edge, which sets it off from any colour."""
     from matplotlib.patheffects import Normal, Stroke
 
     edge = [Stroke(linewidth=style["linewidth"] + 1.2, foreground="black"), Normal()]
-    solid = {**style, "linestyle": "-"}
+    solid: LineStyle = {**style, "linestyle": "-"}
     axes.plot(*np.rad2deg(path.T), **solid, path_effects=edge)
 
 
 def _mark_ends(axes: "Axes", path: Array) -> None:
     start, goal = np.rad2deg(path[[0, -1]])
-    axes.plot(*start[:, None], **{**START, "markeredgecolor": "white"})
-    axes.plot(*goal[:, None], **{**GOAL, "markeredgecolor": "white"})
+    edge: LineStyle = {"markeredgecolor": "white"}
+    axes.plot(*start[:, None], **START, **edge)
+    axes.plot(*goal[:, None], **GOAL, **edge)

@@ -77,7 +77,8 @@ def slice_through(
     if i == j or not (0 <= i < n and 0 <= j < n):
         raise InputError(f"components {components}; give two different ones of 0 to {n - 1}")
     low, high = navigation.obstacle.lower, navigation.obstacle.upper
-    first, second = (np.linspace(low[c], high[c], resolution) for c in components)
+    first = np.linspace(float(low[i]), float(high[i]), resolution)
+    second = np.linspace(float(low[j]), float(high[j]), resolution)
     points = np.tile(point, (resolution**2, 1))
     points[:, i], points[:, j] = np.tile(first, resolution), np.repeat(second, resolution)
     return Slice((i, j), first, second, points)

@@ -124,14 +124,14 @@ class ForceBars:
 
 
 class SubspaceInset:
-    """The way through the first two subspace coordinates, at the lower right.
+    """The path in the first two subspace coordinates, at the lower right.
 
     Parameters
     ----------
     time : (n,) [s]
         Since the clip's start.
     z : (n, n_components >= 2) [rad]
-        Where the movement is.
+        Subspace coordinates of the movement.
     """
 
     def __init__(self, time: Array, z: Array) -> None:
@@ -142,7 +142,7 @@ class SubspaceInset:
         self._base: Frame | None = None
 
     def draw(self, frame: Frame, time: float) -> None:
-        """Draw onto a frame as of ``time`` [s]: the way so far, and where it is now."""
+        """Draw onto a frame the path up to ``time`` [s] and the position at that time."""
         from PIL import Image, ImageDraw
 
         side = round(0.3 * min(frame.shape[:2]))
@@ -166,7 +166,7 @@ class SubspaceInset:
         return round(degrees / self._half / 2 * (side - 1))
 
     def _background(self, side: int) -> Frame:
-        """Draw what stays: border, axes, scale, start (square) and destination (circle)."""
+        """Draw what does not change: border, scale, start (square) and destination (circle)."""
         from PIL import Image, ImageDraw
 
         image = Image.new("RGB", (side, side), (250, 250, 250))

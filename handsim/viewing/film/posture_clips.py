@@ -1,4 +1,4 @@
-"""Posture sequences as clips: the hand alone before a plain background, without physics."""
+"""Posture sequences as clips: the hand alone, without physics."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 

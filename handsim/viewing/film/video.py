@@ -91,7 +91,7 @@ def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
             raise InputError(f"{path}: size {width}x{height}; H.264 takes even sizes, give {even}")
         sent = _OneSize(chain([first], stream))
         if not _encode(sent, temporary, fps):
-            _append_zeros(temporary)  # raises the system's error where that is why
+            _append_zeros(temporary)  # raises where the system was what stopped it
             raise FileError(
                 f"{path}: the encoder {_encoder()} stopped before the file was whole, after "
                 f"{sent.count} frames; see whether 'handsim doctor' finds it in order"
@@ -120,10 +120,10 @@ class _OneSize:
 
 
 def _encode(frames: Iterable[Frame], path: Path, fps: float) -> bool:
-    """Write frames through imageio's ffmpeg, and tell whether the file is whole.
+    """Write frames through imageio's ffmpeg, and return whether the file is whole.
 
-    ffmpeg's exit code and messages do not come through imageio: it reports only that the encoder no
-    longer reads. The file itself shows the rest.
+    imageio passes on neither ffmpeg's exit code nor its messages. It raises an error if ffmpeg stops
+    reading; whether all was written is seen from the file.
     """
     import imageio.v3 as iio
 
@@ -156,7 +156,7 @@ def _encode(frames: Iterable[Frame], path: Path, fps: float) -> bool:
 
 
 def _is_whole(path: Path) -> bool:
-    """Tell whether a video file has what its format has written last.
+    """Return whether a video file holds the part that its encoder writes last.
 
     A GIF ends with the terminator of its last picture and the trailer. Of an mp4 with
     ``+faststart``, the index of all frames (``moov``) is put before the data at the very end.
@@ -169,7 +169,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _append_zeros(path: Path, n: int = 65536) -> None:
-    """Write on where an encoder stopped, so that the system says what it refused: no space, say."""
+    """Append to a file that an encoder left unfinished, to get the system's error, as a full disk."""
     with path.open("ab") as stream:
         stream.write(bytes(n))
 
