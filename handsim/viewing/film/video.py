@@ -122,8 +122,8 @@ class _OneSize:
 def _encode(frames: Iterable[Frame], path: Path, fps: float) -> bool:
     """Write frames through imageio's ffmpeg, and return whether the file is whole.
 
-    imageio passes on neither ffmpeg's exit code nor its messages. It raises an error if ffmpeg stops
-    reading; whether all was written is seen from the file.
+    imageio passes on neither ffmpeg's exit code nor its messages. It raises an error if ffmpeg
+    stops reading; whether all was written is seen from the file.
     """
     import imageio.v3 as iio
 
@@ -169,7 +169,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _append_zeros(path: Path, n: int = 65536) -> None:
-    """Append to a file that an encoder left unfinished, to get the system's error, as a full disk."""
+    """Append to a file that an encoder left unfinished, to get the system's error, if any."""
     with path.open("ab") as stream:
         stream.write(bytes(n))
 
