@@ -6,7 +6,7 @@ What a simulation or an integration *finds* (an object dropped, a run that does 
 result with a reason, never an exception.
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 
@@ -48,7 +48,7 @@ class MissingToolError(HandsimError, RuntimeError):
 
 
 @contextmanager
-def quiet_logs(*loggers: str) -> Iterator[None]:
+def quiet_logs(*loggers: str) -> Generator[None, None, None]:
     """Keep libraries from logging, in many lines, what is raised as an error of one line.
 
     Parameters

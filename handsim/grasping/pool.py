@@ -8,19 +8,20 @@ import os
 import pickle
 import signal
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
-from typing import Any
+from typing import Any, cast
 
 from handsim.errors import HandsimError, InputError, MissingToolError, quiet_logs
 
 Job = Callable[..., Any]
-Arguments = Iterable[tuple[Any, tuple[Any, ...]]]
-"""Keys, each with the arguments for the job."""
+Keyed = tuple[Any, tuple[Any, ...]]
+"""A key, and the arguments of a job."""
+Arguments = Iterable[Keyed]
 Pool = Callable[[Job, Arguments], Iterator[tuple[Any, Any]]]
 
 INSTALL = "pip install 'handsim[cluster]'"
@@ -69,14 +70,15 @@ def processes(n_jobs: int) -> Pool:
 def _in_processes(n_jobs: int, job: Job, arguments: Arguments) -> Iterator[tuple[Any, Any]]:
     workers = _Workers()
     try:
-        lost: list[tuple[Any, tuple[Any, ...]]] = []
+        lost: list[Keyed] = []
         yield from workers.do(job, arguments, n_jobs, lost)
         workers.kill()  # so that what is done alone has their memory as well
         given_up = False
         for each in lost:
-            again = [each]
+            again: list[Keyed] = [each]
             for _ in range(TRIES):
-                retried, again = again, []
+                retried = again
+                again = []
                 yield from workers.do(job, retried, 1, again)
             given_up = given_up or bool(again)
         if given_up:
@@ -90,14 +92,14 @@ class _Workers:
 
     def __init__(self) -> None:
         self._idle: list[_Worker] = []
-        self._busy: dict[Connection, tuple[_Worker, tuple[Any, tuple[Any, ...]]]] = {}
+        self._busy: dict[Connection, tuple[_Worker, Keyed]] = {}
 
     def do(
         self,
         job: Job,
         arguments: Arguments,
         n_at_once: int,
-        lost: list[tuple[Any, tuple[Any, ...]]],
+        lost: list[Keyed],
     ) -> Iterator[tuple[Any, Any]]:
         """Do each job once and yield the results; add those that were killed to ``lost``."""
         waiting = iter(arguments)
@@ -105,8 +107,7 @@ class _Workers:
         self._begin(job, list(islice(waiting, n_at_once)))
         while self._busy:
             answers: list[tuple[Any, bytes]] = []
-            for connection in wait(list(self._busy)):
-                assert isinstance(connection, Connection)
+            for connection in cast("list[Connection]", wait(list(self._busy))):
                 worker, (key, values) = self._busy.pop(connection)
                 try:
                     answers.append((key, connection.recv_bytes()))
@@ -127,7 +128,7 @@ class _Workers:
                     raise error
                 yield key, result
 
-    def _begin(self, job: Job, arguments: list[tuple[Any, tuple[Any, ...]]]) -> None:
+    def _begin(self, job: Job, arguments: list[Keyed]) -> None:
         """Give each of these jobs to a process that has none."""
         # All start before the first is spoken to, since that one has to be waited for.
         while len(self._idle) < len(arguments):
@@ -211,7 +212,7 @@ def _answer(asked: bytes) -> bytes:
 
 
 @contextmanager
-def _environment(changes: dict[str, str]) -> Iterator[None]:
+def _environment(changes: dict[str, str]) -> Generator[None, None, None]:
     """Change environment variables for a while."""
     before = {name: os.environ.get(name) for name in changes}
     os.environ.update(changes)
@@ -233,11 +234,11 @@ def _killed() -> HandsimError:
 
 
 @contextmanager
-def dask_cluster(address: str) -> Iterator[Pool]:
+def dask_cluster(address: str) -> Generator[Pool, None, None]:
     """Connect to a Dask scheduler and give a pool of its workers.
 
-    The scheduler does again what a lost worker was doing. Jobs carry all that they need, so that
-    workers share no files with this machine.
+    The scheduler repeats the jobs of a lost worker. Jobs contain all that they need: workers need
+    no files of this machine.
 
     Parameters
     ----------
@@ -282,10 +283,11 @@ def _on_cluster(client: Any, job: Job, arguments: Arguments) -> Iterator[tuple[A
     from distributed.comm.core import CommClosedError
     from distributed.scheduler import KilledWorker
 
-    waiting, keys = iter(arguments), {}
+    waiting = iter(arguments)
+    keys: dict[Any, Any] = {}
 
     def submit() -> list[Any]:
-        """Hand out more; how many workers there are changes."""
+        """Hand out more jobs; the number of workers may have changed."""
         ahead = AHEAD * max(1, sum(client.nthreads().values()))
         jobs = list(islice(waiting, max(1, ahead - len(keys))))
         begun = {client.submit(job, *values, pure=False): key for key, values in jobs}
