@@ -28,6 +28,7 @@ from handsim.types import Array
 # Coefficients of exp's powers 0 to 15, by fours; at a norm of 1/2 the next term is below 1e-18.
 _TAYLOR = np.array([1.0 / factorial(power) for power in range(16)]).reshape(4, 4)
 _Asked = tuple[tuple[int, ...], bytes]
+_Known = tuple[dict[bytes, int], Array]  # destinations as bytes to places, and their metrics
 
 
 @dataclass(frozen=True)
@@ -48,23 +49,42 @@ class DestinationMetric:
     logs: Array
     reach: float
     _latest: list[tuple[_Asked, Array]] = field(default_factory=list, compare=False, repr=False)
+    _known: list[_Known] = field(default_factory=list, compare=False, repr=False)
 
     def at(self, z_goal: Array) -> Array:
         """Return the metrics (..., n, n) of destinations (..., n) [rad].
 
-        The latest answer is kept: paths are followed to the same destinations step after step.
+        Paths are followed to the same destinations step after step, to fewer of them as paths end.
+        Therefore the latest answer is kept, and the metrics of the latest set of destinations that
+        had to be computed, each of which is computed once however often it is repeated.
         """
         shape = np.shape(z_goal)
         asked = (shape, np.asarray(z_goal, dtype=float).tobytes())
         for answered, metrics in self._latest[:1]:
             if answered == asked:
                 return metrics
-        goals = np.reshape(z_goal, (-1, shape[-1]))
-        shares = gaussian_kernel(goals, self.centres, self.reach)
-        logs = self.logs[0] + total(shares[:, :, None, None] * self.logs[1:], 1)
-        metrics = exponential(logs).reshape(*shape, shape[-1])
+        goals = np.ascontiguousarray(np.reshape(z_goal, (-1, shape[-1])), dtype=float)
+        metrics = self._found(goals).reshape(*shape, shape[-1])
         self._latest[:] = [(asked, metrics)]
         return metrics
+
+    def _found(self, goals: Array) -> Array:
+        """Return the metrics (N, n, n) of destinations (N, n), from what is known if all are."""
+        keys = goals.view(f"V{goals.itemsize * goals.shape[1]}").ravel().tolist()
+        for places, metrics in self._known[:1]:
+            where = [places.get(key, -1) for key in keys]
+            if -1 not in where:
+                return metrics[where]
+        different = dict(zip(keys, goals, strict=True))
+        places = {key: place for place, key in enumerate(different)}
+        metrics = self._computed(np.array(list(different.values())))
+        self._known[:] = [(places, metrics)]
+        return metrics[[places[key] for key in keys]]
+
+    def _computed(self, goals: Array) -> Array:
+        shares = gaussian_kernel(goals, self.centres, self.reach)
+        logs = self.logs[0] + total(shares[:, :, None, None] * self.logs[1:], 1)
+        return exponential(logs)
 
 
 def gaussian_kernel(a: Array, b: Array, reach: float) -> Array:
