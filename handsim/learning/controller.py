@@ -13,9 +13,12 @@ from handsim.digests import content_digest
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS, clip_to_range
-from handsim.learning._stored_controller import check_content
-from handsim.learning.demonstration import Demonstration, stored_demonstrations
-from handsim.learning.options import Method, check_options
+from handsim.learning._stored_controller import (
+    check_content,
+    stored_demonstrations,
+    stored_options,
+)
+from handsim.learning.demonstration import Demonstration
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
@@ -63,18 +66,19 @@ class GraspController:
     demonstrations
         One for each recording it was learned from.
     method
-        Name of the learner.
+        Name of the learner: ``direction`` or ``pde``, or for a learner of another package the
+        module and name of its class.
     certified
         Whether it was learned with the descent condition as a constraint.
     options
-        All options and the seed of the learner (`options`). Files of earlier versions do not know
-        them all; those that are missing were the usual ones.
+        All options and the seed of the learner (`options`). Files of earlier versions do not hold
+        them all; those that are missing had their default values.
     """
 
     subspace: PostureSubspace
     navigation: NavigationFunction
     demonstrations: tuple[Demonstration, ...]
-    method: Method = "direction"
+    method: str = "direction"
     certified: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
 
@@ -202,10 +206,11 @@ class GraspController:
     def _timed_by_gradient(
         self, path: FlowPath, goal: Array, duration: float, rate: float
     ) -> tuple[Array, Array]:
-        """Give a path the time it takes at the speed |grad phi|, dt = ds / |grad phi|.
+        """Return times and points (m, n) of a path that is passed at the speed of the paper.
 
-        The speed falls to zero at the destination, which is reached after infinite time: an
-        arriving path ends one step before it.
+        u = -grad phi, Eq. (1), so that dt = ds / |grad phi|. All times are then scaled by one
+        factor to end at ``duration``. The speed falls to zero at the destination, which is reached
+        after infinite time: a path that arrives ends one step before it.
         """
         points = path.points[:-1] if path.arrived and len(path.points) > 2 else path.points
         speed = np.linalg.norm(self.navigation.jets(points, goal, 1)[1], axis=1)
@@ -252,7 +257,7 @@ class GraspController:
                 demonstrations=stored_demonstrations(metadata, arrays),
                 method=metadata["method"],
                 certified=bool(metadata["certified"]),
-                options=_options_of(metadata),
+                options=stored_options(metadata),
             )
         except InputError as error:
             raise FileError(f"{path}: {error}") from error
@@ -323,13 +328,3 @@ def _navigation_of(
         reach = float(metadata["metric_reach"])
         metric = DestinationMetric(arrays["metric_centres"], arrays["metric_logs"], reach)
     return NavigationFunction(obstacle, float(metadata["k"]), metric)
-
-
-def _options_of(metadata: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options a file tells of, as far as it does."""
-    kept: dict[str, Any] = {"k": float(metadata["k"])}
-    if metadata["method"] == "direction":
-        kept["certified"] = bool(metadata["certified"])
-        if metadata["schema"] == 1:
-            kept |= {"metric_ridge": None, "averaging": 0.0}
-    return check_options(metadata["method"], kept | dict(metadata.get("options", {})))

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from handsim.learning.fit.history import Iteration
 from handsim.reproducible import dot
 from handsim.types import Array
 
@@ -21,14 +22,6 @@ Cost = Callable[[Array], tuple[float, Array]]
 _MEMORY = 20
 _DECREASE, _CURVATURE = 1e-4, 0.9  # of the strong Wolfe conditions
 _MAX_TRIALS = 20  # evaluations in one line search
-
-
-class Iteration(NamedTuple):
-    """What one iteration came to: cost, norm of the gradient, length of the step."""
-
-    cost: float
-    gradient_norm: float
-    change: float
 
 
 @dataclass(frozen=True)
