@@ -4,7 +4,7 @@ An archive holds finite numbers that belong together; `check_content` refuses al
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -124,16 +124,17 @@ def _check_metric(n: int, reach: Any, arrays: Arrays) -> None:
 def _check_demonstrations(n: int, records: Any, arrays: Arrays) -> None:
     if not isinstance(records, list) or not records:
         raise ValueError("no demonstrations")
+    rows = cast(list[Any], records)
     for name, length in (
         ("q_start", N_JOINTS), ("q_goal", N_JOINTS), ("z_start", n), ("z_goal", n)
     ):  # fmt: skip
-        _check_shape(name, arrays, len(records), length)
+        _check_shape(name, arrays, len(rows), length)
     mean, components = arrays["subspace_mean"], arrays["subspace_components"]
     for end in ("start", "goal"):
         z = (arrays[f"q_{end}"] - mean) @ components.T
         if np.abs(z - arrays[f"z_{end}"]).max() > _ACCURACY:
             raise ValueError(f"z_{end} are not the projections of q_{end}")
-    for record in records:
+    for record in rows:
         for name in ("name", "task", "object"):
             if not isinstance(record[name], str):
                 raise TypeError(f"{name} {record[name]!r} is not text")

@@ -13,7 +13,7 @@ import inspect
 from collections.abc import Mapping, Sequence
 from numbers import Integral
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Protocol, Self, get_args
+from typing import TYPE_CHECKING, Any, Protocol, Self, cast, get_args
 
 import numpy as np
 
@@ -201,7 +201,8 @@ def fits(value: Any, parameter: inspect.Parameter) -> bool:
     if isinstance(usual, bool) or isinstance(value, bool):
         return isinstance(usual, bool) and isinstance(value, bool)
     if usual is None or isinstance(usual, tuple):
-        return isinstance(value, tuple | list) and all(_is_number(entry) for entry in value)
+        entries = cast(Sequence[Any], value if isinstance(value, tuple | list) else [None])
+        return all(_is_number(entry) for entry in entries)
     if isinstance(usual, str):
         return isinstance(value, str)
     return _is_number(value) and (isinstance(value, Integral) or isinstance(usual, float))
@@ -232,15 +233,15 @@ def plain(options: Mapping[str, Any]) -> dict[str, Any]:
 
     def converted(value: Any) -> Any:
         if isinstance(value, list | tuple):
-            return tuple(converted(entry) for entry in value)
-        return value.item() if isinstance(value, np.generic) else value
+            return tuple(converted(entry) for entry in cast(Sequence[Any], value))
+        return cast(Any, value).item() if isinstance(value, np.generic) else value
 
     return {name: converted(value) for name, value in options.items()}
 
 
 def _is_number(value: Any) -> bool:
     number = isinstance(value, int | float | np.integer | np.floating)
-    return number and not isinstance(value, bool) and bool(np.isfinite(value))
+    return number and not isinstance(value, bool) and bool(np.isfinite(cast(float, value)))
 
 
 def _same(value: Any, usual: Any) -> bool:

@@ -80,7 +80,7 @@ class GraspController:
     demonstrations: tuple[Demonstration, ...]
     method: str = "direction"
     certified: bool = False
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def __eq__(self, other: object) -> bool:
         """Whether both do the same."""
@@ -220,7 +220,7 @@ class GraspController:
         time = np.append(0.0, np.cumsum(np.diff(arc_length(points)) * slowness))
         time *= duration / max(time[-1], np.finfo(float).tiny)
         even = _frame_times(duration, rate)
-        return even, np.column_stack([np.interp(even, time, column) for column in points.T])
+        return even, _interpolated(even, time, points)
 
     @cached_property
     def digest(self) -> str:
@@ -305,7 +305,13 @@ def _timed_naturally(points: Array, duration: float, rate: float) -> tuple[Array
     time = _frame_times(duration, rate)
     length = arc_length(points)
     covered = minimum_jerk(time, duration) * length[-1]
-    return time, np.column_stack([np.interp(covered, length, column) for column in points.T])
+    return time, _interpolated(covered, length, points)
+
+
+def _interpolated(x: Array, known: Array, points: Array) -> Array:
+    """Return points (m, n) at ``x`` (m,) between points (N, n) at ``known`` (N,), increasing."""
+    columns: list[Array] = list(points.T)
+    return np.column_stack([np.interp(x, known, column) for column in columns])
 
 
 def _frame_times(duration: float, rate: float) -> Array:

@@ -144,7 +144,7 @@ def learn_like(
             raise InputError(f"{learner!r} is not of method {method}; give a learner of that class")
         from sklearn.base import clone
 
-        return learn_controller(recordings, n, clone(learner)).controller
+        return learn_controller(recordings, n, cast(Learner, clone(learner))).controller
     if is_foreign(method):
         raise InputError(
             f"the controller was learned by {method}, which is not part of handsim; give "

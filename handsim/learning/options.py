@@ -8,7 +8,7 @@ as far as they are such values; to learn again with it, it has to be given.
 from collections.abc import Mapping
 from functools import cache
 from math import isfinite
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from handsim.errors import InputError, UnknownNameError
 from handsim.learning.base import Learner, fits, plain
@@ -104,7 +104,7 @@ def _known(method: str) -> Method:
 
 def _can_be_kept(value: Any) -> bool:
     if isinstance(value, tuple):
-        return all(_can_be_kept(entry) for entry in value)
+        return all(_can_be_kept(entry) for entry in cast(tuple[Any, ...], value))
     return (
         value is None
         or isinstance(value, str | int)

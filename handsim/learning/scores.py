@@ -71,7 +71,8 @@ def leave_one_out(
     """
     if len(recordings) < 2:
         raise InputError("1 recording; leaving one out needs at least 2")
-    rows, explained = [], []
+    rows: list[dict[str, Any]] = []
+    explained: list[float] = []
     for i, recording in enumerate(recordings):
         controller = learn(recordings.without(i))
         paths = [controller.subspace.transform(r.q) for r in recordings]
@@ -103,10 +104,11 @@ def repeatability(path: Array, others: list[Array]) -> float | None:
 def direction_error(controller: GraspController, path: Array) -> float:
     """Mean angle [rad] between the flow and the direction of motion along a recorded path."""
     points = at_arc_length(path, _DIRECTION_FRACTIONS)
-    tangents = np.gradient(points, axis=0)
+    tangents: Array = np.gradient(points, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     flow = controller.navigation.directions(points, path[-1])
-    return float(np.mean(np.arccos(np.clip(np.sum(flow * tangents, axis=1), -1.0, 1.0))))
+    cosines: Array = np.sum(flow * tangents, axis=1)
+    return float(np.mean(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
 
 def variance_explained(controller: GraspController, recordings: RecordingSet) -> float:

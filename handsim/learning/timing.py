@@ -95,7 +95,7 @@ class NaturalTiming:
     def velocity(self, z: Array, time: float) -> Array:
         """Return the velocity (n,) [rad/s] at a measured posture (n,) and time [s]."""
         away = z - self.z_goal
-        distance = float(away @ away) ** 0.5
+        distance: float = float(away @ away) ** 0.5
         left = float(np.interp(distance, self.distance, self.left))
         left += max(distance - float(self.distance[-1]), 0.0)
         return self.direction(z, self.z_goal) * (left * self._rate(time))

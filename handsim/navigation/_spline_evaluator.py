@@ -54,7 +54,8 @@ class SplineEvaluator:
 
         It is the same array each time.
         """
-        number, powers = 0, []
+        number = 0
+        powers: list[list[float]] = []
         for x, (inner, breaks, low, high, count) in zip(point, self._cells, strict=True):
             cell = bisect_right(inner, x)
             number = number * count + cell

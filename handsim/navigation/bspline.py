@@ -64,7 +64,7 @@ class TensorBasis:
         low, high = np.atleast_1d(lower).astype(float), np.atleast_1d(upper).astype(float)
         if min(shape) <= degree:
             raise InputError(f"shape {shape}; degree {degree} needs at least {degree + 1} each")
-        knots = []
+        knots: list[Array] = []
         for a, b, m in zip(low, high, shape, strict=True):
             step = (b - a) / (m - degree)
             knots.append(a + step * np.arange(-degree, m + 1))

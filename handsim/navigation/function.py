@@ -19,7 +19,7 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.navigation.metric import DestinationMetric
-from handsim.navigation.obstacle import _TINY_BETA, LogEvaluator, Obstacle
+from handsim.navigation.obstacle import TINY_BETA, LogEvaluator, Obstacle
 from handsim.reproducible import dots, units
 from handsim.types import Array
 
@@ -88,7 +88,7 @@ class NavigationFunction:
                 f"workspace of {np.rad2deg(low[i]):.1f} to {np.rad2deg(high[i]):.1f} deg; choose a "
                 "posture nearer to the recorded ones"
             )
-        if self.obstacle.evaluator(self.k)(goal.tolist())[0] <= log(_TINY_BETA) + 1e-9:
+        if self.obstacle.evaluator(self.k)(goal.tolist())[0] <= log(TINY_BETA) + 1e-9:
             raise InputError(
                 "the obstacle function is not positive at the destination; choose a posture "
                 "nearer to the recorded ones"
@@ -188,8 +188,8 @@ class FlowEvaluator:
     log_jet: LogEvaluator
     k: float
     metrics: Callable[[Array], Array]
-    _goal: list[float] = field(default_factory=list, repr=False)
-    _metric: list[list[float]] = field(default_factory=list, repr=False)
+    _goal: list[float] = field(default_factory=list[float], repr=False)
+    _metric: list[list[float]] = field(default_factory=list[list[float]], repr=False)
 
     def value_and_gradient(self, z: Array, z_goal: Array, gradient: Array) -> float:
         """Return phi and write grad phi (n,) [1/rad] at one point (n,) into ``gradient``."""

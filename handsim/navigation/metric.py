@@ -27,7 +27,7 @@ from handsim.types import Array
 
 # Coefficients of exp's powers 0 to 15, by fours; at a norm of 1/2 the next term is below 1e-18.
 _TAYLOR = np.array([1.0 / factorial(power) for power in range(16)]).reshape(4, 4)
-_Asked = tuple[tuple[int, ...], bytes]
+_Answer = tuple[tuple[tuple[int, ...], bytes], Array]  # shape and bytes asked for, metrics
 _Known = tuple[dict[bytes, int], Array]  # destinations as bytes to places, and their metrics
 
 
@@ -48,8 +48,8 @@ class DestinationMetric:
     centres: Array
     logs: Array
     reach: float
-    _latest: list[tuple[_Asked, Array]] = field(default_factory=list, compare=False, repr=False)
-    _known: list[_Known] = field(default_factory=list, compare=False, repr=False)
+    _latest: list[_Answer] = field(default_factory=list[_Answer], compare=False, repr=False)
+    _known: list[_Known] = field(default_factory=list[_Known], compare=False, repr=False)
 
     def at(self, z_goal: Array) -> Array:
         """Return the metrics (..., n, n) of destinations (..., n) [rad].

@@ -131,7 +131,7 @@ def _which(different: Array, goals: Array) -> npt.NDArray[np.int64]:
 
 def traceless_symmetric(n: int) -> Array:
     """Return an orthonormal basis (n (n + 1) / 2 - 1, n, n) of symmetric matrices of trace 0."""
-    basis = []
+    basis: list[Array] = []
     for i in range(n):
         for j in range(i):
             matrix = np.zeros((n, n))

@@ -104,7 +104,7 @@ def minimise(
 def _times_inverse_hessian(gradient: Array, steps: list[tuple[Array, Array, float]]) -> Array:
     """Algorithm 7.4: the gradient times the inverse Hessian that the latest steps tell of."""
     q = gradient.copy()
-    shares = []
+    shares: list[float] = []
     for s, y, curvature in reversed(steps):
         shares.append(dot(s, q) / curvature)
         q -= shares[-1] * y

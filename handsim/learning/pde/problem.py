@@ -217,7 +217,8 @@ def boundary_points(basis: TensorBasis, per_dimension: int = 7) -> Array:
     """Return points on all faces of the workspace."""
     n = len(basis.shape)
     low, high = basis.lower, basis.upper
-    axes = [np.linspace(a, b, per_dimension) for a, b in zip(low, high, strict=True)]
+    ends = zip(low, high, strict=True)
+    axes = [np.linspace(float(a), float(b), per_dimension) for a, b in ends]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, n)
     return grid[((grid == low) | (grid == high)).any(axis=1)]
 
