@@ -1,4 +1,4 @@
-"""What recordings leave in a controller: both ends of each movement, and how long it took."""
+"""What a controller keeps of each recording: both ends of the movement, and its duration."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from handsim.types import Array
 
 @dataclass(frozen=True)
 class Demonstration:
-    """What a recording leaves in the controller.
+    """What a controller keeps of one recording.
 
     Attributes
     ----------

@@ -1,10 +1,10 @@
-"""How well a controller does what people did.
+"""Scores: how close the paths of a controller are to recorded ones.
 
-Path error: both paths resampled at 100 points equally spaced in their own arc length, root of the
+Path error (as in the paper's Fig. 7): both paths resampled at 100 points equally spaced in their own arc length, root of the
 mean squared distance in the subspace. Straight: the same for the segment from start to
-destination, which is what a constant beta gives. Repeatability: the same for the other trials of
-the same object by the same person, their ends moved to match; how well people repeat themselves.
-A run that does not arrive counts as it is.
+destination, which is the flow of a constant beta. Repeatability: the path error of the other trials
+of the same object by the same person, their ends moved to match. A path that does not arrive is
+scored like all others.
 """
 
 from collections.abc import Callable

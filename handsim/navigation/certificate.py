@@ -52,7 +52,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Certificate:
-    """Outcome of the proof.
+    """Outcome of the attempt to prove convergence.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Certificate:
         or of (z - z_goal) . grad beta / (2 beta), which must stay under k. None where beta is not
         positive in the whole workspace.
     reason
-        One line for people.
+        One line that says why.
     """
 
     certified: bool

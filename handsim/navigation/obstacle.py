@@ -1,4 +1,4 @@
-"""Obstacle functions beta over a box of the subspace, handed out as ln beta.
+"""Obstacle functions beta over a box of the subspace, given as ln beta.
 
 `ExponentialObstacle` is beta = beta_0 exp(k chi) with chi a spline: positive in the whole
 workspace and zero on its boundary by construction (Eqs. 4 and 5 of the paper). In `SplineObstacle`
@@ -29,7 +29,7 @@ TINY_BETA = 1e-12
 
 
 class Obstacle(Protocol):
-    """What a navigation function needs of beta."""
+    """The properties and functions of beta that a navigation function uses."""
 
     @property
     def lower(self) -> Array:

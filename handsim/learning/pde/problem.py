@@ -1,6 +1,7 @@
 """The paper's inverse problem: the experiments E, the functional J, the boundary conditions.
 
-Eq. (8), on recorded points x with velocities u and destinations q_d,
+Eq. (3) asks that u = -grad phi on recorded points x with velocities u and destinations q_d. Solved
+for grad beta (Eqs. 6 and 7) and with phi of Eq. (2) this is Eq. (8),
 
     grad beta = (k u / gamma_d) (gamma_d^k + beta)^(1/k + 1) + (k grad gamma_d / gamma_d) beta
 
@@ -99,7 +100,7 @@ class Functional:
         }
 
     def _residual(self, c: Array) -> tuple[Array, Array, Array]:
-        """Beta (N,), the residual of Eq. (8) (N, n) and its derivative by beta (N, n).
+        """Return beta (N,), the residual of Eq. (8) (N, n) and its derivative by beta (N, n).
 
         Below beta = -gamma_d^k the root is not real; its argument is taken as 0 there.
         """
