@@ -54,4 +54,5 @@ def _shown(value: Any) -> str:
             text = ", ".join(f"{name} {_shown(each)}" for name, each in value.items())
         few = len(value) <= 4 and len(text) <= 70 and "\n" not in text
         return text if value and few else f"{len(value)} entries"
-    return str(value)
+    text = str(value)
+    return text if len(text) <= 200 else f"text of {len(text)} characters"

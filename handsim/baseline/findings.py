@@ -109,7 +109,7 @@ class Report:
         """What differs between the environments, a line each."""
         return differences(*self.environments) if self.environments else ()
 
-    def as_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Return what `handsim baseline check --json` says."""
         before, now = self.environments or (None, None)
         return {

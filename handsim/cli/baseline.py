@@ -121,7 +121,7 @@ def check(
 
         write_page(html, kept, results, report)
     if json:
-        say_json(report.as_json())
+        say_json(report.as_dict())
     else:
         say(report.as_text())
     if update is not None:

@@ -88,7 +88,7 @@ def grasp(
         for each, of_task in groupby(runs, key=lambda pair: pair[0])
     ]
     if json and task != "all":
-        say_json(results[0].as_json() | _left_out(leave_out))
+        say_json(results[0].as_dict() | _left_out(leave_out))
     elif json:
         say_json(summarise(results, perf_counter() - started) | _left_out(leave_out))
     else:

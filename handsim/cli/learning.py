@@ -40,7 +40,7 @@ def learn(
     writable(output, ".npz")
     recordings = recordings_or_built_in(folder)
     with fraction_done("learning") as progress:
-        controller, summary = learn_controller(
+        learned = learn_controller(
             recordings,
             n_components=components,
             method=method,
@@ -49,7 +49,8 @@ def learn(
             seed=seed,
             progress=progress,
         )
-    controller.save(output)
+    learned.controller.save(output)
+    summary = learned.as_dict()
     if json:
         say_json(summary)
         return
@@ -67,11 +68,11 @@ def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:
     Exit code 1 where there is no proof.
     """
     from handsim.cli.defaults import controller_or_built_in
-    from handsim.learning.certification import certification
+    from handsim.learning import certification
 
     learned = controller_or_built_in(controller)
     with fraction_done("certifying") as progress:
-        result = certification(learned, progress=progress)
+        result = certification.certify(learned, progress=progress).as_dict()
     if json:
         say_json(result)
     else:
@@ -103,9 +104,10 @@ def evaluate(
     recordings = recordings_or_built_in(folder)
     if leave_one_out:
         with fraction_done("leaving one out") as progress:
-            result = scores.leave_one_out(recordings, partial(learn_like, learned), progress)
+            found = scores.leave_one_out(recordings, partial(learn_like, learned), progress)
     else:
-        result = scores.evaluate(learned, recordings)
+        found = scores.evaluate(learned, recordings)
+    result = found.as_dict()
     if json:
         say_json(result)
         return
@@ -170,6 +172,6 @@ def postures(
         assert goal is not None
         q_start, q_goal = learned.demonstrations[0].q_start, read_postures(goal)[1][-1]
     movement = learned.postures(q_start, q_goal, time_law=time_law, duration=duration)
-    write_postures(output, movement.time, movement.q)
+    write_postures(movement.time, movement.q, output)
     ending = "" if movement.arrived else f"; it does not arrive: {movement.reason}"
     note(f"wrote {len(movement.time)} postures to {output}{ending}")

@@ -91,9 +91,9 @@ def sweep(
             "controllers": [
                 {
                     "controller": controller,
-                    **of_task["all"].as_json(),
+                    **of_task["all"].as_dict(),
                     "per_task": [
-                        {"task": task, **each.as_json()}
+                        {"task": task, **each.as_dict()}
                         for task, each in of_task.items()
                         if task != "all"
                     ],

@@ -69,7 +69,7 @@ class Conditions:
                 f"object_offset of {self.object_offset} is beyond {MAX_OFFSET:g} m or rad"
             )
 
-    def as_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Return the conditions as they stand in files, length, breadth and side one by one."""
         values = asdict(self)
         hand = values.pop("hand")

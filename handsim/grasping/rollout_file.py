@@ -52,7 +52,7 @@ def write_rollout(rollout: Rollout, path: Path) -> None:
         "driver": rollout.driver,
         "model_xml": rollout.model_xml,
         "phases": [asdict(phase) for phase in rollout.phases],
-        "conditions": rollout.conditions.as_json(),
+        "conditions": rollout.conditions.as_dict(),
         "outcome": asdict(rollout.outcome),
         "versions": rollout.versions,
     }
@@ -95,7 +95,7 @@ def read_rollout(path: Path) -> Rollout:
 
 
 def _conditions_of_json(stored: Any) -> Conditions:
-    """Restore what `Conditions.as_json` gave."""
+    """Restore what `Conditions.as_dict` gave."""
     values = dict(_checked(Conditions, stored))
     names = {"length": "hand_length", "breadth": "hand_breadth", "side": "side"}
     of_hand = {name: values.pop(key) for name, key in names.items() if key in values}

@@ -1,17 +1,19 @@
 """Certify a controller; where that fails, find the minima in which its flow ends."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from handsim.learning.controller import GraspController
-from handsim.navigation.certificate import certify
+from handsim.navigation import certificate
 from handsim.navigation.critical_points import critical_points, grid
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.function import NavigationFunction
+from handsim.result import Result
 from handsim.types import Array, Progress
 
-_MAX_LISTED = 100  # minima listed by `certification`, so that its answer stays readable
+_MAX_LISTED = 100  # minima listed by `certify`, so that its answer stays readable
 
 
 def not_arriving(
@@ -23,12 +25,50 @@ def not_arriving(
     return starts[lost], [paths[i] for i in lost]
 
 
-def certification(
-    controller: GraspController,
-    per_dimension: int = 5,
-    progress: Progress | None = None,
-) -> dict[str, Any]:
-    """Certify a controller; where that fails, search for minima other than the destinations.
+@dataclass(frozen=True)
+class Certification(Result):
+    """Whether all paths of a controller are proven to arrive; if not, what traps them.
+
+    Attributes
+    ----------
+    k
+        Exponent of the navigation function.
+    k_min
+        Least exponent with which the proof succeeds, None if none.
+    certified
+        Whether it succeeds with ``k``.
+    reason
+        Empty if it does, else why not.
+    supremum
+        Proven bound of the descent quantity, None where there is none.
+    n_minima, n_saddles, n_maxima
+        Critical points found over all destinations, the destinations themselves among the minima.
+    other_minima
+        Name of the destination and place [deg] of the traps found, at most 100.
+    starts, arrivals
+        Starts on a grid times destinations, and those whose paths arrive.
+    lost_starts
+        The starts whose paths do not, as ``other_minima``.
+    """
+
+    k: float
+    k_min: float | None
+    certified: bool
+    reason: str
+    supremum: float | None
+    n_minima: int
+    n_saddles: int
+    n_maxima: int
+    other_minima: tuple[dict[str, Any], ...]
+    starts: int
+    arrivals: int
+    lost_starts: tuple[dict[str, Any], ...]
+
+
+def certify(
+    controller: GraspController, per_dimension: int = 5, progress: Progress | None = None
+) -> Certification:
+    """Certify a controller; where that fails, look for what traps it.
 
     Parameters
     ----------
@@ -37,20 +77,10 @@ def certification(
         Starts along each dimension of the grid.
     progress
         Called with the fraction done.
-
-    Returns
-    -------
-    dict
-        ``k``; ``k_min``, the least exponent with which the proof succeeds, None if none;
-        ``certified``; ``reason``; ``supremum``, the proven bound of the descent quantity;
-        ``n_minima`` (the destinations themselves among them)``, n_saddles, n_maxima`` over all
-        destinations; ``other_minima``: name of the destination and place [deg] of the traps found
-        (at most 100); ``starts`` on a grid times destinations, and the ``arrivals`` among them;
-        ``lost_starts`` as ``other_minima``.
     """
     navigation = controller.navigation
     goals = np.array([d.z_goal for d in controller.demonstrations])
-    proof = certify(navigation, goals)
+    proof = certificate.certify(navigation, goals)
     starts = grid(navigation, per_dimension)
     counts = {"minimum": 0, "saddle": 0, "maximum": 0, "degenerate": 0}
     traps: list[dict[str, Any]] = []
@@ -70,20 +100,20 @@ def certification(
             if found.kind == "minimum":
                 traps.append(_place(demonstration.name, found.z))
     n_runs = len(starts) * len(goals)
-    return {
-        "k": navigation.k,
-        "k_min": proof.k_min,
-        "certified": proof.certified,
-        "reason": proof.reason,
-        "supremum": None if proof.supremum is None else proof.supremum.upper,
-        "n_minima": counts["minimum"],
-        "n_saddles": counts["saddle"],
-        "n_maxima": counts["maximum"],
-        "other_minima": traps[:_MAX_LISTED],
-        "starts": n_runs,
-        "arrivals": n_runs - len(lost_starts),
-        "lost_starts": lost_starts[:_MAX_LISTED],
-    }
+    return Certification(
+        k=navigation.k,
+        k_min=proof.k_min,
+        certified=proof.certified,
+        reason=proof.reason,
+        supremum=None if proof.supremum is None else proof.supremum.upper,
+        n_minima=counts["minimum"],
+        n_saddles=counts["saddle"],
+        n_maxima=counts["maximum"],
+        other_minima=tuple(traps[:_MAX_LISTED]),
+        starts=n_runs,
+        arrivals=n_runs - len(lost_starts),
+        lost_starts=tuple(lost_starts[:_MAX_LISTED]),
+    )
 
 
 def _place(name: str, z: Array) -> dict[str, Any]:

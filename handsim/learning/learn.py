@@ -1,8 +1,9 @@
 """From recordings to a controller, in one call."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -21,10 +22,12 @@ from handsim.learning.options import (
 from handsim.learning.pde.learner import PDELearner
 from handsim.learning.subspace import PostureSubspace
 from handsim.recordings.folder import RecordingSet
+from handsim.result import Result, plain
 from handsim.types import Progress
 
 
-class Learned(NamedTuple):
+@dataclass(frozen=True)
+class Learned(Result):
     """A controller and how learning it went.
 
     Attributes
@@ -39,6 +42,15 @@ class Learned(NamedTuple):
 
     controller: GraspController
     summary: dict[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the summary, as `handsim learn --json` says it."""
+        return {name: plain(value) for name, value in self.summary.items()}
+
+    def __str__(self) -> str:
+        """Return the summary, an entry a line."""
+        width = max(map(len, self.summary))
+        return "\n".join(f"{name:<{width}}  {value}" for name, value in self.summary.items())
 
 
 def learn_controller(

@@ -1,13 +1,15 @@
 """Scores: how close the paths of a controller are to recorded ones.
 
-Path error (as in the paper's Fig. 7): both paths resampled at 100 points equally spaced in their own arc length, root of the
-mean squared distance in the subspace. Straight: the same for the segment from start to
-destination, which is the flow of a constant beta. Repeatability: the path error of the other trials
+Path error (as in the paper's Fig. 7): both paths are resampled at 100 points equally spaced in
+their own arc length; the error is the root of the mean squared distance in the subspace. Straight:
+the same for the segment from start to destination, which is the flow of a constant beta.
+Repeatability: the path error of the other trials
 of the same object by the same person, their ends moved to match. A path that does not arrive is
 scored like all others.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from handsim.learning.controller import GraspController
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.paths import N_COMPARED, at_arc_length, between_ends, path_error
 from handsim.recordings.folder import Recording, RecordingSet
+from handsim.result import Result
 from handsim.types import Array, Progress
 
 Learn = Callable[[RecordingSet], GraspController]
@@ -25,19 +28,44 @@ Learn = Callable[[RecordingSet], GraspController]
 _DIRECTION_FRACTIONS = np.linspace(0.0, 0.97, N_COMPARED)
 
 
-def evaluate(controller: GraspController, recordings: RecordingSet) -> dict[str, Any]:
-    """Compare roll-outs with recordings, from the same starts to the same destinations.
+@dataclass(frozen=True)
+class Scores(Result):
+    """How close paths of a controller come to recorded ones.
 
-    Returns
-    -------
-    dict
-        ``n_recordings``, ``n_arrived``; ``path_error_deg``, ``straight_error_deg`` (means) and
-        their ``ratio``; ``repeatability_deg``, None if no object was grasped twice;
-        ``direction_error_deg``, mean angle between the flow and the recorded motion along the
-        recordings; ``variance_explained`` by the subspace, of these recordings;
-        ``per_recording``: ``name, object, arrived, path_error_deg, straight_error_deg,
-        repeatability_deg, direction_error_deg``; ``per_object``: the same means.
+    Attributes
+    ----------
+    n_recordings, n_arrived
+    path_error_deg, straight_error_deg
+        Means over the recordings.
+    ratio
+        The first over the second; None where the straight error is 0.
+    repeatability_deg
+        None if no object was grasped twice.
+    direction_error_deg
+        Mean angle between the flow and the recorded motion along the recordings.
+    variance_explained
+        By the subspace, of the postures of the recordings that were scored.
+    per_recording
+        ``name, object, arrived, path_error_deg, straight_error_deg, repeatability_deg,
+        direction_error_deg`` of each.
+    per_object
+        The means of each object.
     """
+
+    n_recordings: int
+    n_arrived: int
+    path_error_deg: float | None
+    straight_error_deg: float | None
+    ratio: float | None
+    repeatability_deg: float | None
+    direction_error_deg: float | None
+    per_recording: tuple[dict[str, Any], ...]
+    per_object: tuple[dict[str, Any], ...]
+    variance_explained: float
+
+
+def evaluate(controller: GraspController, recordings: RecordingSet) -> Scores:
+    """Compare roll-outs with recordings, from the same starts to the same destinations."""
     paths = [controller.subspace.transform(r.q) for r in recordings]
     rollouts = roll_out(controller, paths)
     repeats = _repeatabilities(recordings, paths)
@@ -47,12 +75,12 @@ def evaluate(controller: GraspController, recordings: RecordingSet) -> dict[str,
             recordings, rollouts, paths, repeats, strict=True
         )
     ]
-    return {**_summarise(rows), "variance_explained": variance_explained(controller, recordings)}
+    return _summarise(rows, variance_explained(controller, recordings))
 
 
 def leave_one_out(
     recordings: RecordingSet, learn: Learn, progress: Progress | None = None
-) -> dict[str, Any]:
+) -> Scores:
     """Score each recording with a controller learned from all the others.
 
     Parameters
@@ -66,8 +94,8 @@ def leave_one_out(
 
     Returns
     -------
-    dict
-        As `evaluate`; ``variance_explained`` is of the recordings left out.
+    Scores
+        ``variance_explained`` is of the recordings left out.
     """
     if len(recordings) < 2:
         raise InputError("1 recording; leaving one out needs at least 2")
@@ -82,7 +110,7 @@ def leave_one_out(
         explained.append(variance_explained(controller, RecordingSet((recording,))))
         if progress:
             progress((i + 1) / len(recordings))
-    return {**_summarise(rows), "variance_explained": float(np.mean(explained))}
+    return _summarise(rows, float(np.mean(explained)))
 
 
 def roll_out(controller: GraspController, paths: list[Array]) -> list[FlowPath]:
@@ -146,16 +174,18 @@ def _row(
     }
 
 
-def _summarise(rows: list[dict[str, Any]]) -> dict[str, Any]:
+def _summarise(rows: list[dict[str, Any]], explained: float) -> Scores:
     objects = dict.fromkeys(row["object"] for row in rows)
-    return {
+    of_objects = (
+        {"object": name, **_means([row for row in rows if row["object"] == name])}
+        for name in objects
+    )
+    return Scores(
         **_means(rows),
-        "per_recording": rows,
-        "per_object": [
-            {"object": name, **_means([row for row in rows if row["object"] == name])}
-            for name in objects
-        ],
-    }
+        per_recording=tuple(rows),
+        per_object=tuple(of_objects),
+        variance_explained=explained,
+    )
 
 
 def _means(rows: list[dict[str, Any]]) -> dict[str, Any]:

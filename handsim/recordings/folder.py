@@ -60,7 +60,7 @@ def read_postures(path: Path) -> tuple[Array, Array]:
     return time, np.deg2rad(angles)
 
 
-def write_postures(path: Path, time: Array, q: Array) -> None:
+def write_postures(time: Array, q: Array, path: Path) -> None:
     """Write a sequence of postures to one CSV file.
 
     Parameters

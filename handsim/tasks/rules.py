@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from handsim.result import Result
 from handsim.tasks.task import PassRule, Task
 from handsim.types import Array
 
@@ -26,7 +27,7 @@ SAMPLE = 0.011
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Result):
     """How a run was judged.
 
     Attributes

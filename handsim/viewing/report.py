@@ -13,7 +13,7 @@ import numpy as np
 
 from handsim.files import write_text
 from handsim.grasping.rollout.record import Rollout, current_versions
-from handsim.learning.certification import certification
+from handsim.learning.certification import certify
 from handsim.learning.controller import GraspController
 from handsim.learning.scores import evaluate
 from handsim.recordings.folder import RecordingSet
@@ -83,7 +83,7 @@ def write_report(
         if progress:
             progress(steps / n_steps)
 
-    scores, proof = evaluate(controller, recordings), certification(controller)
+    scores, proof = evaluate(controller, recordings).as_dict(), certify(controller).as_dict()
     done(1)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -143,7 +143,7 @@ def test_a_grasp_that_fails_comes_first(grasps, controller):
     assert first.text.startswith("held in the baseline, ")
     lines = report.as_text().splitlines()
     assert first.text in lines[1]
-    assert report.as_json()["findings"][0]["name"] == first.name
+    assert report.as_dict()["findings"][0]["name"] == first.name
 
 
 def test_a_destination_refused_is_an_outcome(movements, controller):

@@ -327,7 +327,7 @@ def test_a_hundredth_of_a_degree_elsewhere_is_a_difference_of_environment(name):
     assert report.as_text().splitlines()[0] == (
         "environment: BLAS kernel Haswell in the baseline, Sandybridge here"
     )
-    said = json.loads(json.dumps(report.as_json()["environment"]))
+    said = json.loads(json.dumps(report.as_dict()["environment"]))
     assert said["before"]["blas_kernel"] == "Haswell"
     assert said["now"]["blas_kernel"] == "Sandybridge"
     assert said["differences"] == ["BLAS kernel Haswell in the baseline, Sandybridge here"]
@@ -335,7 +335,7 @@ def test_a_hundredth_of_a_degree_elsewhere_is_a_difference_of_environment(name):
         report = compared(start, after, name, tolerances=tight, environments=environments)
         assert kinds(report) == ["movement"]
         assert not report.differences
-        assert report.as_json()["environment"]["differences"] == []
+        assert report.as_dict()["environment"]["differences"] == []
 
 
 def test_within_the_tolerance_another_environment_is_said_and_no_finding():

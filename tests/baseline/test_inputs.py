@@ -152,7 +152,7 @@ def perturbed(field):
 
 
 def test_all_conditions_are_tried():
-    assert set(PERTURBED) == set(Conditions().as_json())
+    assert set(PERTURBED) == set(Conditions().as_dict())
 
 
 @pytest.mark.parametrize("field", PERTURBED)

@@ -347,7 +347,8 @@ def test_a_controller_is_learned_with_any_learner(
     learner: Learner, few: RecordingSet, tmp_path: Path
 ) -> None:
     copy = clone(learner)
-    controller, summary = learn_controller(few, 2, copy)
+    learned = learn_controller(few, 2, copy)
+    controller, summary = learned.controller, learned.summary
     assert controller.navigation is copy.navigation_
     assert summary["method"] == controller.method
     assert summary["options"] == dict(controller.options)
@@ -375,7 +376,8 @@ def test_a_learner_of_another_package_is_known_by_its_class(
     few: RecordingSet, tmp_path: Path
 ) -> None:
     learner = Straight(k=np.float64(5.0), words=("b", "c"), weights=np.zeros(3))
-    controller, summary = learn_controller(few, 2, learner)
+    learned = learn_controller(few, 2, learner)
+    controller, summary = learned.controller, learned.summary
     assert controller.method == f"{Straight.__module__}.Straight"
     # An array is nothing that a file keeps among the options.
     assert dict(controller.options) == {"k": 5.0, "words": ("b", "c")}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from handsim.errors import InputError
-from handsim.learning.certification import certification, not_arriving
+from handsim.learning.certification import certify, not_arriving
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
 from handsim.learning.learn import learn_controller
@@ -66,18 +66,18 @@ def rms(height: float) -> float:
 def test_errors_of_arcs_against_straight_lines_in_closed_form() -> None:
     few = RecordingSet((recorded(arc(0.02), "one"), recorded(arc(0.05), "two", thing="pen")))
     found = evaluate(controller(), few)
-    for row, height in zip(found["per_recording"], (0.02, 0.05), strict=True):
+    for row, height in zip(found.per_recording, (0.02, 0.05), strict=True):
         assert row["path_error_deg"] == pytest.approx(rms(height), rel=0.01)
         assert row["straight_error_deg"] == pytest.approx(rms(height), rel=0.01)
         assert row["repeatability_deg"] is None and row["arrived"] is True
-    assert found["ratio"] == pytest.approx(1.0, abs=1e-6)
-    assert found["path_error_deg"] == pytest.approx((rms(0.02) + rms(0.05)) / 2, rel=0.01)
-    assert found["repeatability_deg"] is None
-    assert [(e["object"], e["n_recordings"]) for e in found["per_object"]] == [
+    assert found.ratio == pytest.approx(1.0, abs=1e-6)
+    assert found.path_error_deg == pytest.approx((rms(0.02) + rms(0.05)) / 2, rel=0.01)
+    assert found.repeatability_deg is None
+    assert [(e["object"], e["n_recordings"]) for e in found.per_object] == [
         ("cup", 1),
         ("pen", 1),
     ]
-    for entry, height in zip(found["per_object"], (0.02, 0.05), strict=True):
+    for entry, height in zip(found.per_object, (0.02, 0.05), strict=True):
         assert entry["path_error_deg"] == pytest.approx(rms(height), rel=0.01)
 
 
@@ -93,9 +93,9 @@ def test_the_ratio_is_of_what_is_followed_to_the_straight_line() -> None:
         return along / np.linalg.norm(along, axis=1, keepdims=True)
 
     found = evaluate(controller(other_side), RecordingSet((recorded(arc(0.05), "one"),)))
-    assert found["n_arrived"] == 1
-    assert found["ratio"] == pytest.approx(2.0, rel=0.01)
-    assert found["path_error_deg"] == pytest.approx(2 * found["straight_error_deg"], rel=0.01)
+    assert found.n_arrived == 1
+    assert found.ratio == pytest.approx(2.0, rel=0.01)
+    assert found.path_error_deg == pytest.approx(2 * found.straight_error_deg, rel=0.01)
 
 
 def test_those_that_do_not_arrive_are_counted_and_scored_as_they_are() -> None:
@@ -104,10 +104,10 @@ def test_those_that_do_not_arrive_are_counted_and_scored_as_they_are() -> None:
 
     few = RecordingSet((recorded(arc(0.0), "one"), recorded(arc(0.0, 0.5), "two")))
     found = evaluate(controller(away), few)
-    assert found["n_recordings"] == 2 and found["n_arrived"] == 0
-    assert [row["arrived"] for row in found["per_recording"]] == [False, False]
-    assert found["path_error_deg"] > 100
-    assert found["ratio"] is None  # straight movements leave nothing to compare with
+    assert found.n_recordings == 2 and found.n_arrived == 0
+    assert [row["arrived"] for row in found.per_recording] == [False, False]
+    assert found.path_error_deg > 100
+    assert found.ratio is None  # straight movements leave nothing to compare with
 
 
 def test_flows_are_followed_from_the_first_posture_to_the_last() -> None:
@@ -155,7 +155,7 @@ def test_variance_explained_is_about_the_mean_of_the_subspace() -> None:
     mean = np.array([0.3, *np.zeros(21)])
     found = variance_explained(controller(mean=mean), few)
     assert found == pytest.approx(1 - 50 * 0.2**2 / total)
-    assert evaluate(controller(mean=mean), few)["variance_explained"] == found
+    assert evaluate(controller(mean=mean), few).variance_explained == found
 
 
 def test_only_the_same_person_repeats_the_same_task_with_the_same_object() -> None:
@@ -171,8 +171,7 @@ def test_only_the_same_person_repeats_the_same_task_with_the_same_object() -> No
         recorded(arc(0.25), "just so", subject="c"),
     )
     found = [
-        row["repeatability_deg"]
-        for row in evaluate(controller(), RecordingSet(rows))["per_recording"]
+        row["repeatability_deg"] for row in evaluate(controller(), RecordingSet(rows)).per_recording
     ]
     expected = [
         (rms(0.03) + rms(0.07)) / 2,
@@ -196,20 +195,20 @@ def test_the_one_left_out_is_scored_and_not_learned_from() -> None:
     found = leave_one_out(few, learn, fractions.append)
     assert learned == [["1", "2"], ["0", "2"], ["0", "1"]]
     np.testing.assert_allclose(fractions, [1 / 3, 2 / 3, 1.0])
-    assert [row["name"] for row in found["per_recording"]] == ["0", "1", "2"]
+    assert [row["name"] for row in found.per_recording] == ["0", "1", "2"]
     alone = [
         variance_explained(controller(mean=0.01 * (i + 1)), RecordingSet((rows[i],)))
         for i in range(3)
     ]
-    assert found["variance_explained"] == pytest.approx(np.mean(alone))
+    assert found.variance_explained == pytest.approx(np.mean(alone))
     # Straight flows from its own start to its own end: as good as its own chord.
-    for row in found["per_recording"]:
+    for row in found.per_recording:
         assert row["path_error_deg"] == pytest.approx(row["straight_error_deg"], rel=1e-6)
         assert row["arrived"]
-    whole = evaluate(controller(), few)["per_recording"]
-    repeats = [row["repeatability_deg"] for row in found["per_recording"]]
+    whole = evaluate(controller(), few).per_recording
+    repeats = [row["repeatability_deg"] for row in found.per_recording]
     np.testing.assert_allclose(repeats, [row["repeatability_deg"] for row in whole], rtol=1e-6)
-    assert leave_one_out(RecordingSet(tuple(rows[:2])), learn)["n_recordings"] == 2
+    assert leave_one_out(RecordingSet(tuple(rows[:2])), learn).n_recordings == 2
     with pytest.raises(InputError, match="at least 2"):
         leave_one_out(RecordingSet(tuple(rows[:1])), learn)
 
@@ -228,31 +227,31 @@ def flat(recordings: RecordingSet) -> GraspController:
 
 def test_straight_lines_score_one(flat: GraspController, recordings: RecordingSet) -> None:
     found = evaluate(flat, recordings)
-    assert found["ratio"] == pytest.approx(1.0, abs=1e-6)
-    assert found["n_arrived"] == found["n_recordings"] == len(found["per_recording"]) == 9
-    assert found["variance_explained"] > 0.99
-    row = found["per_recording"][4]
+    assert found.ratio == pytest.approx(1.0, abs=1e-6)
+    assert found.n_arrived == found.n_recordings == len(found.per_recording) == 9
+    assert found.variance_explained > 0.99
+    row = found.per_recording[4]
     path = flat.subspace.transform(recordings[4].q)
     assert row["name"] == recordings[4].name and row["arrived"]
     expected = np.rad2deg(path_error(path[[0, -1]], path))
     assert row["straight_error_deg"] == pytest.approx(expected)
-    assert 5 < found["direction_error_deg"] < 90
-    assert [entry["n_recordings"] for entry in found["per_object"]] == [3, 3, 3]
-    errors = [entry["path_error_deg"] for entry in found["per_object"]]
-    assert np.mean(errors) == pytest.approx(found["path_error_deg"])
+    assert 5 < found.direction_error_deg < 90
+    assert [entry["n_recordings"] for entry in found.per_object] == [3, 3, 3]
+    errors = [entry["path_error_deg"] for entry in found.per_object]
+    assert np.mean(errors) == pytest.approx(found.path_error_deg)
 
 
 def test_learning_beats_straight_lines_also_on_what_is_left_out(recordings: RecordingSet) -> None:
     few = RecordingSet(recordings.recordings[:3])
     learned = evaluate(learn_controller(few, n_components=2).controller, few)
-    assert learned["n_arrived"] == 3 and learned["ratio"] < 0.3
-    assert learned["direction_error_deg"] < 15
+    assert learned.n_arrived == 3 and learned.ratio < 0.3
+    assert learned.direction_error_deg < 15
     calls: list[float] = []
     left = leave_one_out(
         few, lambda r: learn_controller(r, n_components=2).controller, calls.append
     )
-    assert left["n_recordings"] == 3 and calls[-1] == 1.0 and len(calls) == 3
-    assert left["ratio"] < 0.8
+    assert left.n_recordings == 3 and calls[-1] == 1.0 and len(calls) == 3
+    assert left.ratio < 0.8
     with pytest.raises(InputError, match="at least 2"):
         leave_one_out(RecordingSet(recordings.recordings[:1]), lambda r: learned)
 
@@ -267,10 +266,10 @@ def test_repeatability_moves_the_ends() -> None:
 
 
 def test_certification_of_straight_lines(flat: GraspController) -> None:
-    found = certification(flat, per_dimension=3)
-    assert found["certified"] and found["k_min"] == 2.0 and found["other_minima"] == []
-    assert found["starts"] == found["arrivals"] == 27 * 9
-    assert found["n_minima"] == 9 and found["n_saddles"] == found["n_maxima"] == 0
+    found = certify(flat, per_dimension=3)
+    assert found.certified and found.k_min == 2.0 and found.other_minima == ()
+    assert found.starts == found.arrivals == 27 * 9
+    assert found.n_minima == 9 and found.n_saddles == found.n_maxima == 0
 
 
 def test_certification_names_traps_and_lost_starts(flat: GraspController) -> None:
@@ -281,13 +280,13 @@ def test_certification_names_traps_and_lost_starts(flat: GraspController) -> Non
     well = ExponentialObstacle(TensorBSpline(basis, 40 * np.exp(-far)), np.full(3, 0.1))
     navigation = NavigationFunction(well, 2.0)
     trapped = GraspController(flat.subspace, navigation, flat.demonstrations[:1])
-    found = certification(trapped, per_dimension=3)
-    assert not found["certified"] and found["k_min"] is None
-    assert found["n_minima"] >= 2 and found["other_minima"]
-    assert found["arrivals"] < found["starts"] == 27
-    assert len(found["lost_starts"]) == found["starts"] - found["arrivals"]
-    place = np.deg2rad(found["other_minima"][0]["z_deg"])
+    found = certify(trapped, per_dimension=3)
+    assert not found.certified and found.k_min is None
+    assert found.n_minima >= 2 and found.other_minima
+    assert found.arrivals < found.starts == 27
+    assert len(found.lost_starts) == found.starts - found.arrivals
+    place = np.deg2rad(found.other_minima[0]["z_deg"])
     goal = trapped.demonstrations[0].z_goal
     assert np.linalg.norm(navigation.value_and_gradient(place, goal)[1]) < 1e-2
     lost, paths = not_arriving(navigation, goal, grid(navigation, 3))
-    assert len(lost) == len(paths) == len(found["lost_starts"])
+    assert len(lost) == len(paths) == len(found.lost_starts)

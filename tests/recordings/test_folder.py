@@ -29,7 +29,7 @@ def recording(name: str = "cube", n: int = 12, seed: int = 0) -> Recording:
 def csv(tmp_path: Path) -> Path:
     path = tmp_path / "postures.csv"
     one = recording()
-    write_postures(path, one.time, one.q)
+    write_postures(one.time, one.q, path)
     return path
 
 

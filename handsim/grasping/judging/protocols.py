@@ -54,7 +54,7 @@ class RunVerdict:
         """Why the run failed, or None."""
         return (self.six_axis or self.outcome).reason
 
-    def as_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Return what `handsim grasp --json` says of a run."""
         said = {
             "seed": self.conditions.seed,
@@ -97,7 +97,7 @@ class TaskVerdict:
         """Number of perturbed runs that passed."""
         return sum(run.success for run in self.trials)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Return what `handsim grasp --json` says of a task."""
         said = {
             "task": self.task.name,
@@ -105,7 +105,7 @@ class TaskVerdict:
             "trials": len(self.trials),
             "successes": self.successes,
             "success_interval": wilson_interval(self.successes, len(self.trials)),
-            "per_trial": [run.as_json() for run in self.runs],
+            "per_trial": [run.as_dict() for run in self.runs],
         }
         if self.nominal.hard is None:
             return said
@@ -164,7 +164,7 @@ def summarise(results: Sequence[TaskVerdict], seconds: float) -> dict[str, Any]:
     """Return what `handsim grasp --task all --json` says."""
     objects = {r.task.object_name for r in results if r.nominal.success}
     said = {
-        "tasks": [result.as_json() for result in results],
+        "tasks": [result.as_dict() for result in results],
         "tasks_passed": sum(result.nominal.success for result in results),
         "objects_passed": len(objects),
         "seconds": seconds,

@@ -107,6 +107,11 @@ class Rollout(ByContent):
     outcome: Outcome
     versions: dict[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        """Return what was grasped, by what, and how it ended."""
+        ended = "success" if self.outcome.success else self.outcome.reason
+        return f"Rollout({self.task} by {self.driver}: {ended} after {self.time[-1]:.2f} s)"
+
     def model(self) -> "mujoco.MjModel":
         """Compile the stored model.
 

@@ -44,7 +44,7 @@ class Rates:
             reasons=tuple(dict.fromkeys(row["reason"] for row in nominal if row["reason"])),
         )
 
-    def as_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Return the numbers with Wilson's interval of the perturbed runs."""
         return {
             "nominal": self.nominal,

@@ -35,19 +35,19 @@ def pretend(task, conditions):
 def test_the_protocol_decides_and_the_rule_is_told_beside_it():
     run = RunVerdict(Conditions(seed=4), HELD, 0.2, TURNED, TURNED)
     assert not run.success
-    said = run.as_json()
+    said = run.as_dict()
     assert (said["success"], said["reason"]) == (False, "tilted")
     assert (said["lift_success"], said["hard_success"]) == (True, False)
     assert said["six_axis"]["turn_deg"] == (20.0,) * 6
     assert said["lift_m"] == HELD.lift_m
     other = replace(run, outcome=DROPPED, six_axis=STAYED)
     assert other.success
-    said = other.as_json()
+    said = other.as_dict()
     assert (said["success"], said["reason"], said["lift_success"]) == (True, None, False)
 
 
 def test_the_rule_decides_where_nothing_else_is_asked_for():
-    said = RunVerdict(Conditions(seed=4), DROPPED, 0.2).as_json()
+    said = RunVerdict(Conditions(seed=4), DROPPED, 0.2).as_dict()
     assert (said["success"], said["reason"], said["epsilon"]) == (False, "slipped", 0.2)
     assert "hard_success" not in said
 
@@ -56,7 +56,7 @@ def test_hard_successes_are_counted_apart():
     run = RunVerdict(Conditions(), DROPPED, 0.2, STAYED, TURNED)
     lenient = replace(run, hard=STAYED)
     result = TaskVerdict(CUBE, (run, lenient, run, replace(run, six_axis=TURNED)))
-    said = result.as_json()
+    said = result.as_dict()
     assert said["nominal_success"] is True
     assert said["nominal_hard_success"] is False
     assert (said["trials"], said["successes"], said["hard_successes"]) == (3, 2, 1)
@@ -104,21 +104,21 @@ def test_the_hard_pulls_decide_nothing():
     assert (run.success, run.reason) == (True, None)
     run = RunVerdict(Conditions(), HELD, 0.2, TURNED, STAYED)
     assert (run.success, run.reason) == (False, "tilted")
-    assert run.as_json()["hard_success"] is True
-    assert run.as_json()["six_axis_hard"]["reason"] is None
-    assert run.as_json()["six_axis"]["reason"] == "tilted"
+    assert run.as_dict()["hard_success"] is True
+    assert run.as_dict()["six_axis_hard"]["reason"] is None
+    assert run.as_dict()["six_axis"]["reason"] == "tilted"
 
 
 def test_the_nominal_run_is_none_of_the_trials():
     held, dropped = (RunVerdict(Conditions(), outcome, 0.2) for outcome in (HELD, DROPPED))
     result = TaskVerdict(CUBE, (held, dropped, held, dropped))
-    said = result.as_json()
+    said = result.as_dict()
     assert said["nominal_success"] is True
     assert (said["trials"], said["successes"]) == (3, 1)
     # 1 of 3 by Wilson's score, after the formula (R. G. Newcombe 1998, method 3).
     assert said["success_interval"] == pytest.approx((0.0615, 0.7923), abs=1e-4)
     assert [each["success"] for each in said["per_trial"]] == [True, False, True, False]
-    said = TaskVerdict(CUBE, (dropped, held, held)).as_json()
+    said = TaskVerdict(CUBE, (dropped, held, held)).as_dict()
     assert said["nominal_success"] is False
     assert (said["trials"], said["successes"]) == (2, 2)
 
@@ -142,7 +142,7 @@ def test_hard_passes_are_those_of_nominal_runs():
     results = [TaskVerdict(JAR, (hard, soft)), TaskVerdict(CUBE, (soft, hard, soft))]
     whole = summarise(results, 1.0)
     assert (whole["tasks_passed"], whole["tasks_passed_hard"]) == (1, 1)
-    said = [each.as_json() for each in results]
+    said = [each.as_dict() for each in results]
     assert [each["nominal_hard_success"] for each in said] == [True, False]
     assert [each["hard_successes"] for each in said] == [0, 1]
     assert [each["successes"] for each in said] == [1, 1]

@@ -160,7 +160,7 @@ def test_rates_are_counted_by_controller_and_task(tmp_path):
     assert table[2] == "| cube-raise | held, 0/10 | held, 0/10 |"
     assert table[3] == "| jar-move | held, 10/10 | held, 10/10 |"
     assert "2 of 2, perturbed 50 % (30 to 70)" in table[4]
-    found = rates(rows)["script"]["all"].as_json()
+    found = rates(rows)["script"]["all"].as_dict()
     assert (found["nominal"], found["nominal_held"], found["trials"]) == (2, 2, 20)
 
 

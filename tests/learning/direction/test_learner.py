@@ -270,11 +270,12 @@ def test_only_the_outermost_destinations_count(n: int) -> None:
 @pytest.mark.real_data
 def test_real_recordings_of_subject_4() -> None:
     recordings = import_recordings(REAL_FILES, "west-rtg", 4)
-    controller, summary = learn_controller(recordings)
+    learned = learn_controller(recordings)
+    controller, summary = learned.controller, learned.summary
     assert summary["n_recordings"] == 20 and summary["n_coefficients"] > 1000
     found = evaluate(controller, recordings)
-    assert found["n_arrived"] == 20
-    assert found["ratio"] < 0.60
+    assert found.n_arrived == 20
+    assert found.ratio < 0.60
 
 
 @real_data
@@ -285,8 +286,8 @@ def test_real_recordings_of_four_subjects() -> None:
     for subject in (1, 2, 3, 4):
         recordings = import_recordings(REAL_FILES, "west-rtg", subject)
         found.append(evaluate(learn_controller(recordings).controller, recordings))
-    assert [one["n_arrived"] for one in found] == [20] * 4
-    ratios = [one["ratio"] for one in found]
+    assert [one.n_arrived for one in found] == [20] * 4
+    ratios = [one.ratio for one in found]
     assert np.mean(ratios) < 0.67 and max(ratios) < 0.75
     error, repeat = (
         np.mean([f[k] for f in found]) for k in ("path_error_deg", "repeatability_deg")
@@ -302,8 +303,8 @@ def test_real_movements_left_out() -> None:
     for subject in (1, 2, 3, 4):
         recordings = import_recordings(REAL_FILES, "west-rtg", subject)
         found.append(leave_one_out(recordings, lambda rest: learn_controller(rest).controller))
-    assert [one["n_arrived"] for one in found] == [20] * 4
-    assert np.mean([one["ratio"] for one in found]) <= 0.80
+    assert [one.n_arrived for one in found] == [20] * 4
+    assert np.mean([one.ratio for one in found]) <= 0.80
 
 
 @real_data
@@ -316,7 +317,7 @@ def test_certified_on_real_recordings(subject: int) -> None:
     goals = np.array([d.z_goal for d in controller.demonstrations])
     navigation = controller.navigation
     assert certify(navigation, goals).certified
-    assert evaluate(controller, recordings)["ratio"] < 0.80
+    assert evaluate(controller, recordings).ratio < 0.80
     rng = np.random.default_rng(0)
     low, high = navigation.obstacle.lower, navigation.obstacle.upper
     starts, ends = rng.uniform(low, high, (500, 3)), rng.uniform(low, high, (500, 3))
