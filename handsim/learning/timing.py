@@ -94,19 +94,15 @@ class NaturalTiming:
 
     def velocity(self, z: Array, time: float) -> Array:
         """Return the velocity (n,) [rad/s] at a measured posture (n,) and time [s]."""
+        return self.direction(z, self.z_goal) * self.speed(z, time)
+
+    def speed(self, z: Array, time: float) -> float:
+        """Return the speed [rad/s] at a measured posture (n,) and time [s]."""
         away = z - self.z_goal
         distance: float = float(away @ away) ** 0.5
         left = float(np.interp(distance, self.distance, self.left))
         left += max(distance - float(self.distance[-1]), 0.0)
-        return self.direction(z, self.z_goal) * (left * self._rate(time))
-
-    def speeds(self, z: Array, time: float) -> Array:
-        """Return the speeds (N,) [rad/s] of `velocity` at postures (N, n), to the bit."""
-        away = z - self.z_goal
-        squares = (away[:, None, :] @ away[:, :, None]).ravel().tolist()
-        distance = np.array([square**0.5 for square in squares])
-        left = np.interp(distance, self.distance, self.left)
-        return (left + np.maximum(distance - self.distance[-1], 0.0)) * self._rate(time)
+        return left * self._rate(time)
 
     def _rate(self, time: float) -> float:
         """Return s'(t) / (1 - s(t)) [1/s], held from 0.9 of the duration on."""

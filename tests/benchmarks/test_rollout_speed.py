@@ -44,7 +44,7 @@ TASKS = ("cube-raise", "pen-write", "tall-glass-drink")
 
 
 @dataclass
-class Scene:
+class Setting:
     """A task that is about to be grasped, and the record of having done so."""
 
     name: str
@@ -75,11 +75,11 @@ def controller() -> GraspController:
 
 
 @pytest.fixture(scope="module", params=TASKS)
-def scene(controller: GraspController, request: pytest.FixtureRequest) -> Scene:
+def setting(controller: GraspController, request: pytest.FixtureRequest) -> Setting:
     return set_up(controller, request.param)
 
 
-def set_up(controller: GraspController, name: str) -> Scene:
+def set_up(controller: GraspController, name: str) -> Setting:
     scene = Scene.build(task_by_name(name), Conditions())
     store = plan_store(data_folder("assets") / "plans", controller.digest, Conditions())
     plan = store.read().get(name)
@@ -87,7 +87,7 @@ def set_up(controller: GraspController, name: str) -> Scene:
         plan = replayed_plan(controller, scene, HandModel.from_spec(build_hand()))
     driver = learned_driver(controller, plan, scene.lead, schedule_for(scene.task))
     run = simulate(scene, plan, driver)
-    return Scene(name, scene, plan, driver, run, run.model())
+    return Setting(name, scene, plan, driver, run, run.model())
 
 
 def cost(work: Callable[[], object]) -> float:
@@ -105,26 +105,26 @@ def cheapest(*works: Callable[[], object], rounds: int) -> list[float]:
 # Beside each other, for the record.
 
 
-def test_a_run(benchmark, scene):
-    assert len(benchmark.pedantic(scene.ours, rounds=5).time) > 100
+def test_a_run(benchmark, setting):
+    assert len(benchmark.pedantic(setting.ours, rounds=5).time) > 100
 
 
-def test_the_same_commands_to_mujoco_alone(benchmark, scene):
-    end = benchmark.pedantic(scene.alone, rounds=5)
-    hand = scene.scene.hand.qpos_index
-    np.testing.assert_allclose(end[hand], scene.run.qpos[-1][hand], atol=ALIKE)
+def test_the_same_commands_to_mujoco_alone(benchmark, setting):
+    end = benchmark.pedantic(setting.alone, rounds=5)
+    hand = setting.scene.hand.qpos_index
+    np.testing.assert_allclose(end[hand], setting.run.qpos[-1][hand], atol=ALIKE)
 
 
-def test_a_run_with_its_time_law(benchmark, controller, scene):
-    benchmark.pedantic(run_plan, (controller, scene.scene, scene.plan), rounds=5)
+def test_a_run_with_its_time_law(benchmark, controller, setting):
+    benchmark.pedantic(run_plan, (controller, setting.scene, setting.plan), rounds=5)
 
 
-def test_building_a_scene(benchmark, scene):
-    benchmark.pedantic(Scene.build, (scene.scene.task, Conditions()), rounds=5)
+def test_building_a_scene(benchmark, setting):
+    benchmark.pedantic(Scene.build, (setting.scene.task, Conditions()), rounds=5)
 
 
-def test_the_text_of_a_scene(benchmark, scene):
-    benchmark.pedantic(scene.scene.xml, rounds=5)
+def test_the_text_of_a_scene(benchmark, setting):
+    benchmark.pedantic(setting.scene.xml, rounds=5)
 
 
 def test_a_batch_of_seeds(benchmark, controller):
@@ -153,13 +153,13 @@ def test_starting(benchmark, code):
 
 
 def batches(
-    scene: Scene, controller: GraspController
+    setting: Setting, controller: GraspController
 ) -> tuple[Callable[[], list[Rollout]], Callable[[], np.ndarray]]:
     """Grasps under many seeds, and MuJoCo's batch with the same commands."""
     conditions = [Conditions(seed=seed) for seed in range(SEEDS)]
 
     def ours() -> list[Rollout]:
-        return grasp_batch(controller, scene.scene.task, scene.plan, conditions, THREADS)
+        return grasp_batch(controller, setting.scene.task, setting.plan, conditions, THREADS)
 
     runs = ours()
     ctrl = np.stack([run.ctrl for run in runs])
@@ -167,8 +167,8 @@ def batches(
     quat = np.stack([run.mocap_quat for run in runs])
 
     def alone() -> np.ndarray:
-        batch = Batch(scene.model, SEEDS, THREADS)
-        batch.reset(scene=mujoco.mjtStage.mjSTAGE_NONE)
+        batch = Batch(setting.model, SEEDS, THREADS)
+        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         batch.bind("qpos")[:] = np.stack([run.qpos[0] for run in runs])
         batch.bind("ctrl")[:] = ctrl[:, 0]
         batch.forward()
@@ -185,9 +185,9 @@ def batches(
     return ours, alone
 
 
-def test_a_run_costs_little_more_than_its_steps(scene):
-    ours, alone = cheapest(scene.ours, scene.alone, rounds=15)
-    print(f"{scene.name}: {ours / alone:.3f} x {1e3 * alone:.0f} ms")
+def test_a_run_costs_little_more_than_its_steps(setting):
+    ours, alone = cheapest(setting.ours, setting.alone, rounds=15)
+    print(f"{setting.name}: {ours / alone:.3f} x {1e3 * alone:.0f} ms")
     assert ours / alone <= 1.15
 
 

@@ -16,7 +16,7 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import RATE, DataGlove
-from handsim.grasping.rollout.run import NO_SENSORS
+from handsim.grasping.rollout.sensing import NO_SENSORS
 from handsim.grasping.rollout.squeeze import SQUEEZE_DEG
 from handsim.hand.mjcf import PASSING_PAIRS
 from handsim.objects.mjcf import read_mesh

@@ -1,7 +1,7 @@
 """Many grasps at once, on MuJoCo's batches of simulations.
 
-Runs whose models have one shape (seeds, frictions, masses, sizes of the hand, plans) share a batch;
-others are made side by side. Either way each comes out as `simulate` makes it, bit for bit.
+Runs whose models have one shape share a batch: those that differ in seed, friction, mass, hand size
+or plan. Each run gives the same bits as by `simulate`.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
@@ -19,9 +19,9 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver, learned_driver
-from handsim.grasping.rollout.lockstep import Job, Lockstep
+from handsim.grasping.rollout.jobs import Job, command_key
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import run_alone
+from handsim.grasping.rollout.run import run_jobs
 from handsim.grasping.silence import silent
 from handsim.learning.controller import GraspController
 from handsim.tasks.task import Task
@@ -40,18 +40,18 @@ def grasp_batch(
     ----------
     controller, task, plan
     conditions
-        Of the runs: seeds, frictions, masses, places of the object, sizes of the hand.
+        One for each run: seed, friction, mass, place of the object, size of the hand.
     n_threads
-        By default as many as there are processors.
+        By default one for each processor.
     """
     scenes: dict[Conditions, Scene] = {}
     drivers: dict[tuple[str, bytes], Driver] = {}
     jobs = []
     for each in conditions:
-        seen = replace(each, seed=0, nominal=True, shake=0.0)  # what makes no other scene
-        if seen not in scenes:
-            scenes[seen] = Scene.build(task, each)
-        scene = replace(scenes[seen], conditions=each)
+        built_for = replace(each, seed=0, nominal=True, shake=0.0)  # these leave the scene as it is
+        if built_for not in scenes:
+            scenes[built_for] = Scene.build(task, each)
+        scene = replace(scenes[built_for], conditions=each)
         key = (each.hand.side, scene.lead.tobytes())
         if key not in drivers:
             schedule = schedule_for(scene.task)
@@ -64,13 +64,13 @@ def grasp_batch(
 def simulate_batch(jobs: Sequence[Job], n_threads: int | None = None) -> list[Rollout]:
     """Make many runs at once, each as `simulate` does.
 
-    Every thread steps batches of its own, so that one reads and commands while others step.
+    Every thread has batches of its own, so that one reads and commands while others step.
 
     Parameters
     ----------
     jobs
     n_threads
-        By default as many as there are processors.
+        By default one for each processor.
 
     Returns
     -------
@@ -91,28 +91,33 @@ def simulate_batch(jobs: Sequence[Job], n_threads: int | None = None) -> list[Ro
 
 
 def _groups(jobs: Sequence[Job]) -> list[list[int]]:
-    """Return the jobs that can share a batch, by number: those whose models have one shape."""
-    groups: dict[Hashable, list[int]] = {}
+    """Return the numbers of jobs that can share a batch: their models have one shape.
+
+    Within a group, jobs that are commanded together follow each other.
+    """
+    groups: dict[Hashable, dict[Hashable, list[int]]] = {}
     for i, job in enumerate(jobs):
         scene, hand, model = job.scene, job.scene.hand, job.scene.hand.model
-        # All sizes that a model counts, which is more than MuJoCo asks for but costs nothing.
+        # All sizes of a model, which is more than MuJoCo asks for but costs nothing.
         fields = [getattr(model, name) for name in dir(model) if name.startswith("n")]
         sizes = tuple(each for each in fields if isinstance(each, int))
         places = (scene.mocap, *hand.qpos_index.tolist(), model.names)
-        groups.setdefault((sizes, places, model.opt.timestep), []).append(i)
-    return list(groups.values())
+        shape = (sizes, places, model.opt.timestep)
+        groups.setdefault(shape, {}).setdefault(command_key(job), []).append(i)
+    return [[i for alike in group.values() for i in alike] for group in groups.values()]
 
 
 def _made(jobs: Sequence[Job]) -> list[Rollout]:
     """Make runs of one shape, in a batch where MuJoCo has batches (since 4.0)."""
     if len(jobs) == 1 or find_spec("mujoco.batch") is None:
-        return [_alone(job) for job in jobs]
-    return [run or _alone(job) for run, job in zip(Lockstep(jobs).made(), jobs, strict=True)]
+        return [_by_itself(job) for job in jobs]
+    return [run or _by_itself(job) for run, job in zip(run_jobs(jobs), jobs, strict=True)]
 
 
-def _alone(job: Job) -> Rollout:
-    """Make a run by itself, with a model and a state of its own: others may be using the scene."""
+def _by_itself(job: Job) -> Rollout:
+    """Make a run by itself, in a copy of its scene, since other threads may use the scene."""
     model = copy(job.scene.hand.model)
     hand = replace(job.scene.hand, model=model, data=mujoco.MjData(model))
-    scene = replace(job.scene, hand=hand)
-    return run_alone(scene, job.plan, job.driver, job.glove, job.schedule)
+    (run,) = run_jobs([replace(job, scene=replace(job.scene, hand=hand))])
+    assert run is not None  # only a batch leaves runs out
+    return run

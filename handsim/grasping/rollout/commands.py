@@ -1,5 +1,6 @@
-"""What is laid down of a run before it begins: times, the palm's way, added flexion, noise."""
+"""All of a run's commands that are known before it begins: the palm's path, the squeeze, noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,33 +12,36 @@ from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.squeeze import squeeze_offset
 from handsim.joints import LOWER, N_JOINTS, UPPER
 from handsim.tasks.task import Task
-from handsim.types import Array
+from handsim.types import Array, Mask
 
 SHAKE_FREQUENCY = 2.0
-"""Of the base's shaking during the hold [Hz]."""
+"""Frequency at which the hand is shaken during the hold [Hz]."""
 LOST = 0.02
-"""Rise [m] that an object must show while the palm rises twice as far."""
+"""An object that has risen less than this while the palm rose twice as far is lost [m]."""
 
 
 @dataclass(frozen=True)
 class Commands:
-    """A run as it is commanded, apart from what the driver makes of readings.
+    """Commands of a run that do not depend on readings, and the disturbances it will meet.
 
-    There is a row for each reading of the glove.
+    There is a row for each reading of the glove. Those of several runs (`together`) have the runs
+    as second axis.
 
     Attributes
     ----------
     schedule
+        Durations of the phases.
     times : (n,) [s]
-    palm_pos, palm_quat : (n, 3) [m], (n, 4)
+        When the glove is read.
+    palm_pos, palm_quat : (n, ..., 3) [m], (n, ..., 4)
         Where the palm is to be.
-    added : (n, 22) [rad]
-        Flexion on top of the driver's targets: squeeze, and movements of single fingers.
+    added : (n, ..., 22) [rad]
+        Flexion added to the driver's targets: squeeze, and movements of single fingers.
     arrival
         Row of the last reading of the reach.
-    lift : (n,) [m]
-        How far the palm has been lifted since the action began, minus infinity before it.
-    disturbance : (n, 22) [rad]
+    lift : (n, ...) [m]
+        How far the palm has risen since the action began; minus infinity before.
+    disturbance : (n, ..., 22) [rad]
         The glove's noise.
     """
 
@@ -52,7 +56,7 @@ class Commands:
 
     @classmethod
     def of(cls, plan: GraspPlan, task: Task, schedule: Schedule) -> "Commands":
-        """Lay down a run with nothing that disturbs it."""
+        """Return the commands of a run that nothing disturbs."""
         times = np.arange(round(schedule.end * RATE) + 1) / RATE
         expected = Rotation.from_euler("z", np.deg2rad(task.yaw_deg))
         there = Pose(np.zeros(3), expected.as_quat(scalar_first=True))
@@ -81,17 +85,45 @@ class Commands:
         disturbance = glove.disturbance(self.disturbance.shape, generator)
         return replace(self, palm_pos=self.palm_pos + shaking, disturbance=disturbance)
 
+    @classmethod
+    def together(cls, commands: Sequence["Commands"]) -> "Commands":
+        """Return the commands of several runs of one schedule, with the runs as second axis."""
+        names = ("palm_pos", "palm_quat", "added", "lift", "disturbance")
+        stacked = {name: np.stack([getattr(each, name) for each in commands], 1) for name in names}
+        return replace(commands[0], **stacked)
+
     def commanded(self, targets: Array, rows: int | slice) -> Array:
-        """Return what the actuators are told, (..., 22) [rad], where the driver gives targets."""
+        """Return the actuators' commands at some readings: targets and what is added, clipped.
+
+        Parameters
+        ----------
+        targets : (..., 22) [rad]
+            From the driver, the same for all these readings.
+        rows
+            The readings.
+
+        Returns
+        -------
+        (..., 22), or (n_rows, ..., 22) for a slice [rad]
+            Within the joints' ranges.
+        """
         return np.minimum(np.maximum(targets + self.added[rows], LOWER), UPPER)
+
+    def due_to_rise(self, required: float) -> Mask:
+        """Return the readings (n, ...) at which an object that has not risen by `LOST` is lost.
+
+        ``required`` is the rise that the task asks for [m]; objects that need not rise by `LOST`
+        are never lost.
+        """
+        return (self.lift >= 2 * LOST) & (required >= LOST)
 
 
 def _shaking(
     times: Array, acceleration: float, schedule: Schedule, generator: np.random.Generator
 ) -> Array:
-    """Return a horizontal shake of the hand in the hold, in a random direction, (n, 3) [m].
+    """Return horizontal shifts of the hand during the hold, in a random direction, (n, 3) [m].
 
-    ``acceleration`` is its amplitude [m/s^2].
+    ``acceleration`` is their amplitude [m/s^2].
     """
     angle = generator.uniform(0.0, 2 * np.pi)
     omega = 2 * np.pi * SHAKE_FREQUENCY

@@ -1,4 +1,4 @@
-"""The scene of a task, compiled, and where its parts are."""
+"""The compiled scene of a task, and where its parts are in MuJoCo's arrays."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.rollout.sensing import add_senses
+from handsim.grasping.rollout.sensing import add_sensors
 from handsim.hand.model import HandModel
 from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import GraspObject
@@ -21,29 +21,29 @@ from handsim.types import Array
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A compiled scene and where its parts are, to be simulated in many times over.
+    """A compiled scene in which any number of runs can be made, one after the other.
 
-    As its state changes while it is simulated, it is equal to itself alone.
+    A scene is equal to itself alone, since its state changes with every run.
 
     Attributes
     ----------
     task
         For the right or left hand that is in the scene.
     conditions
-        What the scene was built with.
+        The conditions that the scene was built for.
     hand
-        The scene's model and data; its last sensors are those of `add_senses`.
+        The scene's model and data; its last sensors are those of `add_sensors`.
     xml
-        Gives the model as text, with the hand's own sensors. It takes as long as compiling and
-        few ask for it, so that it is made when it is wanted.
+        Returns the model as XML, without the sensors of `add_sensors`. This takes as long as
+        compiling, so that it is done on demand.
     mocap
-        Row of the forearm's target.
+        Row of the forearm's target in MuJoCo's mocap arrays.
     object
-        What is grasped.
+        The object to grasp.
     front : (3,) [m]
-        Its front end in its own frame.
+        Front end of the object in its own frame.
     lead : (22,) [s]
-        Damping over stiffness of the actuators.
+        Ratio of damping to stiffness of the actuators.
     """
 
     task: Task
@@ -59,7 +59,7 @@ class Scene:
     def build(cls, task: Task, conditions: Conditions) -> "Scene":
         """Build the scene of a task under the given conditions."""
         spec = _scene(task, conditions)
-        add_senses(spec)
+        add_sensors(spec)
         hand = HandModel.from_spec(spec)
         model = hand.model
         index = hand.ctrl_index
@@ -97,7 +97,7 @@ def _scene(task: Task, conditions: Conditions) -> mujoco.MjSpec:
 
 
 def _front_end(grasp_object: GraspObject) -> Array:
-    """Return the middle of what lies farthest along the object's x, (3,) [m]."""
+    """Return the mean of the vertices that lie farthest along the object's x axis, (3,) [m]."""
     meshes = (read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in grasp_object.pieces)
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     return vertices[vertices[:, 0] > vertices[:, 0].max() - 1e-5].mean(axis=0)

@@ -1,4 +1,4 @@
-"""What drives the 22 joints during a reach: a script, or the learned controller."""
+"""Drivers of the 22 joints during a reach: a script, or the learned controller."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,41 +13,43 @@ from handsim.types import Array
 
 
 class Driver(Protocol):
-    """Gives joint targets from the glove's readings, 100 times a second."""
+    """Turns the glove's readings into joint targets, 100 times a second.
+
+    Readings are those of n runs at one time. Each run gets the same bits as by itself.
+    """
 
     @property
     def name(self) -> str:
-        """What the driver is called in a rollout."""
+        """Name of the driver in a rollout."""
         ...
 
     @property
     def reach(self) -> float:
-        """When the reach ends [s]: from then on the targets stay, whatever is read."""
+        """When the reach ends [s]; from then on targets depend on neither time nor readings."""
         ...
 
-    def targets(self, time: float, reading: Array) -> Array:
-        """Return joint targets for a reading (22,), or for several (n, 22), at ``time`` [s].
+    def targets(self, time: float, readings: Array) -> Array:
+        """Return joint targets [rad] for readings (n, 22) [rad] at ``time`` [s].
 
-        Targets are (22,) [rad], or (n, 22) where they differ between readings. Readings together
-        give the same bits as each by itself, here as in `coordinates`.
+        They are (n, 22), or (22,) where they are the same for all.
         """
         ...
 
-    def coordinates(self, reading: Array) -> Array:
-        """Return readings (..., 22) as the driver sees them, (..., n_components).
+    def coordinates(self, readings: Array) -> Array:
+        """Return readings (n, 22) [rad] in the driver's subspace, (n, n_components) [rad].
 
-        A script sees nothing: n_components is 0.
+        n_components is 0 for a driver without a subspace.
         """
         ...
 
     def arrived(self, reading: Array) -> bool:
-        """Whether the reading is at the destination."""
+        """Whether a reading (22,) [rad] is at the destination."""
         ...
 
 
 @dataclass(frozen=True)
 class ScriptedDriver:
-    """Plays a rest posture, a pre-shape and a closed posture one after the other.
+    """Moves from a rest posture to a pre-shape and on to a closed posture.
 
     The aperture of people's hands is largest at about two thirds of the reach (Jeannerod 1984).
 
@@ -68,8 +70,8 @@ class ScriptedDriver:
     peak_aperture_at: float = 0.62
     name: str = "demonstrator"
 
-    def targets(self, time: float, reading: Array) -> Array:
-        """Return the scripted posture; a script does not look at the reading."""
+    def targets(self, time: float, readings: Array) -> Array:
+        """Return the scripted posture (22,) [rad]; readings do not count."""
         opening = ramp(time, 0.0, self.peak_aperture_at * self.reach)
         closing = ramp(
             time, self.peak_aperture_at * self.reach, (1 - self.peak_aperture_at) * self.reach
@@ -77,12 +79,12 @@ class ScriptedDriver:
         posture = self.q_start + opening * (self.q_open - self.q_start)
         return posture + closing * (self.q_close - posture)
 
-    def coordinates(self, reading: Array) -> Array:
-        """Return nothing: a script has no subspace."""
-        return np.empty((*reading.shape[:-1], 0))
+    def coordinates(self, readings: Array) -> Array:
+        """Return an empty array (n, 0): a script has no subspace."""
+        return np.empty((len(readings), 0))
 
     def arrived(self, reading: Array) -> bool:
-        """Return True: a script always plays to its end."""
+        """Return True: a script always comes to its end."""
         return True
 
 
@@ -90,8 +92,9 @@ class ScriptedDriver:
 class LearnedDriver:
     """Closes the loop through the learned controller.
 
-    The reading is projected onto the subspace, the navigation function says where to move, and
-    the actuators' targets lead the projected posture by what they need to move at that speed.
+    A reading is projected onto the subspace, and the navigation function gives the velocity
+    there. The targets are the projected posture plus what makes the actuators move at that
+    velocity (``lead``).
 
     Attributes
     ----------
@@ -105,7 +108,7 @@ class LearnedDriver:
         Ratio of damping to stiffness of each position actuator: a target that leads a moving
         joint by velocity times lead keeps it at that velocity.
     reach
-        When the destination itself becomes the target [s].
+        When the reach ends [s]; from then on the target is the destination.
     """
 
     controller: GraspController
@@ -115,33 +118,26 @@ class LearnedDriver:
     reach: float
     name: str = "controller"
 
-    def targets(self, time: float, reading: Array) -> Array:
-        """Return the projected reading, led by the velocity that the controller asks for."""
+    def targets(self, time: float, readings: Array) -> Array:
+        """Return projected readings plus the lead for the controller's velocity, (n, 22) [rad]."""
         subspace = self.controller.subspace
         if time >= self.reach:
             return clip_to_range(subspace.inverse_transform(self.z_goal))
-        if reading.ndim > 1:
-            return self._targets_of_many(time, reading)
-        z = subspace.transform(reading)
-        velocity = self.timing.velocity(z, time)
-        posture = subspace.inverse_transform(z)
-        return clip_to_range(posture + (velocity @ subspace.components_) * self.lead)
-
-    def _targets_of_many(self, time: float, readings: Array) -> Array:
-        # Stacks of vectors, so that there are as many products of a vector with a matrix: a
-        # product of two matrices would round otherwise, and so would `directions`.
-        subspace, flow = self.controller.subspace, self.controller.navigation.evaluator()
-        z = subspace.transform(readings[:, None])
-        direction = np.empty_like(z[:, 0])
-        for here, there in zip(z[:, 0], direction, strict=True):
-            flow.direction(here, self.z_goal, there)
-        velocity = direction * self.timing.speeds(z[:, 0], time)[:, None]
+        flow = self.controller.navigation.evaluator()
+        z = self.coordinates(readings)
+        velocity, speeds = np.empty_like(z), []
+        for here, direction in zip(z, velocity, strict=True):  # `directions` rounds otherwise
+            flow.direction(here, self.z_goal, direction)
+            speeds.append([self.timing.speed(here, time)])
+        velocity *= speeds
+        # Stacks of vectors (n, 1, n_components): each is multiplied with the matrix by itself,
+        # since a product of two matrices rounds otherwise.
         lead = (velocity[:, None] @ subspace.components_)[:, 0] * self.lead
-        return clip_to_range(subspace.inverse_transform(z)[:, 0] + lead)
+        return clip_to_range(subspace.inverse_transform(z[:, None])[:, 0] + lead)
 
-    def coordinates(self, reading: Array) -> Array:
-        """Return readings in the subspace, (..., n_components) [rad]."""
-        return self.controller.subspace.transform(reading[..., None, :])[..., 0, :]
+    def coordinates(self, readings: Array) -> Array:
+        """Return readings in the subspace, (n, n_components) [rad]."""
+        return self.controller.subspace.transform(readings)
 
     def arrived(self, reading: Array) -> bool:
         """Whether the reading lies within 15 deg of the destination, contact included."""
@@ -152,12 +148,12 @@ class LearnedDriver:
 def learned_driver(
     controller: GraspController, plan: GraspPlan, lead: Array, schedule: Schedule
 ) -> LearnedDriver:
-    """Return the driver that takes a controller from a plan's start to its destination.
+    """Return the driver that moves the hand by a controller from a plan's start to its destination.
 
     Raises
     ------
     InputError
-        If the controller cannot have that destination.
+        If the controller cannot go to that destination.
     """
     z_start, z_goal = controller.subspace.transform(np.stack([plan.q_start, plan.q_goal]))
     if plan.z_goal is not None:

@@ -1,6 +1,8 @@
-"""Put the forearm where a palm pose and the commanded wrist angles need it."""
+"""Where the forearm has to be for a palm pose and commanded wrist angles."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -10,12 +12,18 @@ from handsim.types import Array
 
 WRIST = ("wrist_flexion", "wrist_deviation")
 """The wrist's joints, the proximal one first."""
+_COLUMNS = slice(JOINT_INDEX[WRIST[0]], JOINT_INDEX[WRIST[-1]] + 1)
+"""Of the wrist's joints in postures: one after the other, in this order."""
+
+_Parts = Sequence[float | Array]
+"""Components of vectors or quaternions: numbers of one, or arrays (n,) of several."""
 
 
 class Wrist:
-    """Puts the forearm where a palm pose and wrist angles need it.
+    """Finds the forearm's pose for a palm pose and wrist angles.
 
-    Without it, wrist angles that differ from those of the plan would carry the palm away.
+    MuJoCo moves the forearm, while plans say where the palm is to be. Wrist angles that differ from
+    the plan's would otherwise carry the palm away.
 
     Parameters
     ----------
@@ -24,57 +32,58 @@ class Wrist:
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        palm = model.body("palm")
-        self._pos, self._quat = palm.pos.copy(), palm.quat.copy()
-        self._joints = [(JOINT_INDEX[name], model.joint(name).axis.copy()) for name in WRIST]
+        palm, joints = model.body("palm"), [model.joint(name) for name in WRIST]
+        self._pos, self._quat = palm.pos.tolist(), palm.quat.tolist()
+        self._axes = [joint.axis.tolist() for joint in joints]
 
     def forearm(self, palm_pos: Array, palm_quat: Array, q: Array) -> tuple[Array, Array]:
-        """Return position (3,) [m] and orientation (4,) of the forearm for a palm pose.
+        """Return positions (..., 3) [m] and orientations (..., 4) of the forearm.
 
         Parameters
         ----------
-        palm_pos, palm_quat : (3,) [m], (4,)
-        q : (22,) [rad]
-            Posture; only the wrist angles count.
+        palm_pos, palm_quat : (..., 3) [m], (..., 4)
+            Poses of the palm.
+        q : (..., 22) [rad]
+            Postures, of which only the wrist angles count.
         """
-        bent, turn, rotated = self._quat.copy(), np.empty(4), np.empty(4)
-        for index, axis in self._joints:
-            mujoco.mju_axisAngle2Quat(turn, axis, q[index])
-            mujoco.mju_mulQuat(rotated, bent, turn)
-            bent[:] = rotated
-        mujoco.mju_negQuat(turn, bent)
-        quat, offset = np.empty(4), np.empty(3)
-        mujoco.mju_mulQuat(quat, palm_quat, turn)
-        mujoco.mju_rotVecQuat(offset, self._pos, quat)
-        return palm_pos - offset, quat
-
-    def forearms(self, palm_pos: Array, palm_quat: Array, q: Array) -> tuple[Array, Array]:
-        """Return what `forearm` does for many poses (n, 3), (n, 4) and postures (n, 22) at once."""
-        bent = np.broadcast_to(self._quat, palm_quat.shape)
-        for index, axis in self._joints:
-            half = 0.5 * q[:, index]
-            turn = np.column_stack([np.cos(half), np.sin(half)[:, None] * axis])
-            bent = _product(bent, turn)
-        quat = _product(palm_quat, bent * np.array([1.0, -1.0, -1.0, -1.0]))
-        return palm_pos - _turned(self._pos, quat), quat
+        half = 0.5 * q[..., _COLUMNS]
+        cosines, sines = _parts(np.cos(half)), _parts(np.sin(half))
+        bent: _Parts = self._quat  # palm in the forearm's frame
+        for cosine, sine, axis in zip(cosines, sines, self._axes, strict=True):
+            bent = _product(bent, [cosine, *(sine * along for along in axis)])
+        w, x, y, z = bent
+        quat = _product(_parts(palm_quat), [w, -x, -y, -z])
+        turned = _rows(quat, palm_quat.shape)
+        if not any(self._pos):  # whatever the orientation is, undefined numbers included
+            return palm_pos.copy(), turned
+        return palm_pos - _rows(_turned(self._pos, quat), palm_pos.shape), turned
 
 
-def _product(a: Array, b: Array) -> Array:
-    """Multiply quaternions (n, 4), rounded as MuJoCo's function for two of them is."""
-    (aw, ax, ay, az), (bw, bx, by, bz) = a.T, b.T
-    w = (aw * bw - ax * bx) - (ay * by + az * bz)
-    x = (aw * bx + ax * bw) + (ay * bz - az * by)
-    y = (aw * by - ax * bz) + (ay * bw + az * bx)
-    z = (aw * bz + ax * by) - (ay * bx - az * bw)
-    return np.column_stack([w, x, y, z])
+def _parts(rows: Array) -> _Parts:
+    """Return the components of vectors (..., n): numbers, which are faster, where there is one."""
+    n = rows.shape[-1]
+    return rows.ravel().tolist() if rows.size == n else list(rows.reshape(-1, n).T)
 
 
-def _turned(vector: Array, quat: Array) -> Array:
-    """Turn a vector (3,) by quaternions (n, 4), rounded as MuJoCo's function is."""
-    if not vector.any():  # turned by whatever, no numbers included
-        return np.zeros((len(quat), 3))
-    w, x, y, z = quat.T
+def _rows(parts: _Parts, shape: tuple[int, ...]) -> Array:
+    """Return vectors of a shape (..., n) from their components."""
+    return np.array(parts).T.reshape(shape)
+
+
+def _product(a: _Parts, b: _Parts) -> _Parts:
+    """Multiply quaternions, rounded as by MuJoCo's function."""
+    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
+    return [
+        (aw * bw - ax * bx) - (ay * by + az * bz),
+        (aw * bx + ax * bw) + (ay * bz - az * by),
+        (aw * by - ax * bz) + (ay * bw + az * bx),
+        (aw * bz + ax * by) - (ay * bx - az * bw),
+    ]
+
+
+def _turned(vector: Sequence[float], quat: _Parts) -> _Parts:
+    """Turn a vector by quaternions, rounded as by MuJoCo's function."""
+    w, x, y, z = quat
     a, b, c = vector
     i, j, k = w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a
-    turned = [a + 2 * (y * k - z * j), b + 2 * (z * i - x * k), c + 2 * (x * j - y * i)]
-    return np.column_stack(turned)
+    return [a + 2 * (y * k - z * j), b + 2 * (z * i - x * k), c + 2 * (x * j - y * i)]

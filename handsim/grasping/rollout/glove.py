@@ -1,4 +1,4 @@
-"""The virtual data glove: what a sensor glove would read of the simulated joints."""
+"""The virtual data glove: readings of the simulated joints as a sensor glove would give them."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from handsim.tasks.task import Task
 from handsim.types import Array
 
 RATE = 100.0
-"""Readings a second, that of the paper's glove (Sec. VI-A) [Hz]."""
+"""Rate of the readings, that of the paper's glove (Sec. VI-A) [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +34,16 @@ class DataGlove:
         return self.reading(q, self.disturbance(q.shape, generator))
 
     def disturbance(self, shape: tuple[int, ...], generator: np.random.Generator) -> Array:
-        """Return noise for readings of that shape [rad]."""
+        """Return noise for readings (..., 22) of a shape [rad]."""
         return self.noise * generator.standard_normal(shape)
 
     def reading(self, q: Array, disturbance: Array) -> Array:
-        """Return the reading of joint angles with noise that was drawn before [rad]."""
+        """Return the reading of joint angles (..., 22) [rad] with noise that is given [rad]."""
         return np.rint((q + disturbance) / self.resolution) * self.resolution
 
 
 def recorded_reach(rollout: Rollout, task: Task) -> Recording:
-    """Return what the glove read during the reach, from rest to touch, as a recording."""
+    """Return the glove's readings during the reach, from rest to touch, as a recording."""
     reaching = rollout.time <= rollout.phases[1].start + 1e-9
     return Recording(
         name=task.name,

@@ -1,7 +1,7 @@
-"""One simulated grasp as a record: what was simulated, what happened, how it was judged.
+"""The record of one simulated grasp: its model, its samples and its outcome.
 
-The file holds all that is needed to draw or to judge the grasp again without simulating it: the
-model as XML with its meshes, states, commands, contact loads, versions and the outcome.
+A record has all that is needed to draw or to judge the grasp again without simulating it: the
+model as XML with its meshes, states, commands, contact forces, versions and the outcome.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Phase:
-    """A named stretch of a grasp that starts at ``start`` [s]."""
+    """A phase of a grasp, and when it starts [s]."""
 
     name: str
     start: float
 
 
 class _Text:
-    """A field of text that may be given as a function, which is called when the text is wanted."""
+    """A text field that can be set to a function, which is called when the text is first read."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = f"_{name}"
@@ -60,24 +60,24 @@ class _Text:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rollout(ByContent):
-    """A simulated grasp; equal to another that holds the same, to the bit.
+    """A simulated grasp; two are equal if all their fields are, to the bit.
 
     Attributes
     ----------
     task, driver
-        Name of the task, and of what drove the hand.
+        Names of the task and of the driver.
     model_xml, assets
-        The model, which may be given as a function that makes the text, and the files it refers
-        to by name.
+        The model as XML, which may be set to a function that returns it, and the files that it
+        refers to, by name.
     time : (n,) [s]
     qpos, qvel, ctrl : (n, nq), (n, nv), (n, nu)
-        MuJoCo's arrays in the order of the model.
+        MuJoCo's positions, velocities and controls, in the order of the model.
     mocap_pos, mocap_quat : (n, 3) [m], (n, 4)
         Commanded pose of the forearm.
     reading : (n, 22) [rad]
-        What the data glove read.
+        Readings of the data glove.
     z : (n, n_components) [rad]
-        Measured posture in the subspace; (n, 0) where the driver has none.
+        Readings in the driver's subspace; (n, 0) where it has none.
     contact_force : (n, 6) [N]
         Sum of normal forces on the object, per part of the hand (`CONTACT_PARTS`).
     penetration : (n,) [m]
@@ -85,7 +85,9 @@ class Rollout(ByContent):
     phases
         In order of time.
     conditions, outcome
-        What it was made with, and its judgement.
+        Conditions of the run, and how it was judged.
+    versions
+        Of the software and the platform that made it.
     """
 
     task: str
@@ -119,7 +121,7 @@ class Rollout(ByContent):
         ------
         InputError
             If it holds what no scene of this package does (see `trusted_xml`), is no model, or
-            not the one that moved.
+            has other sizes than the stored states.
         """
         import mujoco
 
@@ -138,13 +140,13 @@ class Rollout(ByContent):
         return model
 
     def phase_at(self, time: float) -> str:
-        """Name of the phase at ``time`` [s]."""
+        """Return the name of the phase at ``time`` [s]."""
         names = [phase.name for phase in self.phases if phase.start <= time + 1e-9]
         return names[-1] if names else ""
 
 
 def current_versions() -> dict[str, str]:
-    """Versions and platform that bear on the numbers of a simulation."""
+    """Return the versions and the platform that the numbers of a simulation depend on."""
     return dict(_versions())
 
 
@@ -164,25 +166,25 @@ def record_of(
     commands: "Commands",
     driver: "Driver",
     glove: "DataGlove",
-    seen: Mapping[str, Array],
+    samples: Mapping[str, Array],
     *,
     unstable: bool = False,
 ) -> Rollout:
-    """Judge what was seen of a run and make it a record.
+    """Judge a run by its samples and return its record.
 
     Parameters
     ----------
     scene, commands, driver, glove
-        What the run was made with.
-    seen
-        Samples, a row each: ``qpos``, ``qvel``, ``ctrl``, ``mocap_pos``, ``mocap_quat``,
-        ``contact_force``, ``penetration`` and the poses that `Senses` gives.
+        Of the run.
+    samples
+        Arrays with a row for each reading: ``qpos``, ``qvel``, ``ctrl``, ``mocap_pos``,
+        ``mocap_quat``, ``contact_force``, ``penetration`` and those of `Sensors.poses`.
     unstable
         Whether the simulation diverged after the last sample.
     """
     schedule = commands.schedule
-    n = len(seen["qpos"])
-    arrays = dict(seen)
+    n = len(samples["qpos"])
+    arrays = dict(samples)
     reading = glove.reading(arrays["qpos"][:, scene.hand.qpos_index], commands.disturbance[:n])
     arrived = driver.arrived(reading[min(commands.arrival, n - 1)])
     arrays |= {

@@ -1,25 +1,34 @@
-"""Run one grasp in contact physics: glove, driver, squeeze, forearm, and what is recorded of it.
+"""Run one grasp or several in contact physics, from the glove's readings to records.
 
-Once every hundredth of a second the glove is read, the driver gives joint targets, the squeeze is
-added, and the forearm is put where the palm's path and the commanded wrist angles need it. Once
-the reach is over the targets stay what they are, so that all that follows is commanded at once.
+A hundred times a second the glove is read, the driver turns the reading into joint targets, the
+squeeze is added, and the forearm is put where the palm's path and the commanded wrist angles need
+it. When the reach is over the targets no longer change, so that the rest of the run is commanded
+at once.
+
+One run and several take the same way; only how MuJoCo steps differs (`_stepping`). Several give
+the same bits as each by itself: arrays over runs are only added, multiplied and compared element
+by element, and vectors are multiplied with matrices one by one.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
-from handsim.grasping.rollout.commands import LOST, Commands
+from handsim.grasping.plan import GraspPlan, Schedule
+from handsim.grasping.rollout._stepping import Simulations, simulations_of
+from handsim.grasping.rollout.commands import LOST
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.forearm import Wrist
-from handsim.grasping.rollout.glove import RATE, DataGlove
+from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.jobs import COMMANDS, Job, commands_of, groups_of
 from handsim.grasping.rollout.record import Rollout, record_of
-from handsim.grasping.rollout.sensing import SLOTS, Senses, contacts_of
 from handsim.grasping.silence import silent
+from handsim.joints import CONTACT_PARTS
 from handsim.types import Array, Mask
 
 MAX_SPEED = 500.0
@@ -33,12 +42,13 @@ BAD_NUMBERS = tuple(
         mujoco.mjtWarning.mjWARN_BADQACC,
     )
 )
-"""MuJoCo's warnings of what is no number; but for the controls it starts again from rest."""
-LOOKED_AT = 25
-"""Every how many readings it is seen whether the simulation has diverged: a single look at the
-velocities between steps cost 4 % of the steps, far more than the look itself takes."""
-NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-"""Bit of the model's options that keeps sensors from being computed."""
+"""MuJoCo's warnings of infinite or undefined numbers. After all but the first of them MuJoCo
+resets the simulation and goes on."""
+CHECKED_EVERY = 25
+"""Number of readings between two checks for divergence: a check at every reading would cost 4 % of
+the steps."""
+
+_STATES = ("qpos", "qvel")
 
 
 @silent()
@@ -54,177 +64,197 @@ def simulate(
 
     Parameters
     ----------
-    scene
-        Scene of the task.
-    plan
-        Where palm and fingers go.
-    driver
-        What moves the fingers during the reach.
-    glove
-        How the joints are read; by default 1 degree steps with noise.
-    schedule
-        Timing; by default that of the task.
+    scene, plan, driver, glove, schedule
+        As in `Job`.
     brief
-        End the run once the object has been lost, as a search may.
+        End the run as soon as the object is lost, as a search may.
 
     Returns
     -------
     Rollout
         Cut short, with outcome ``unstable``, where the simulation diverges.
     """
-    return run_alone(scene, plan, driver, glove or DataGlove(), schedule, brief=brief)
+    (rollout,) = run_jobs([Job(scene, plan, driver, schedule, glove or DataGlove())], brief=brief)
+    assert rollout is not None  # only a batch leaves runs out
+    return rollout
 
 
-def run_alone(
-    scene: Scene,
-    plan: GraspPlan,
-    driver: Driver,
-    glove: DataGlove,
-    schedule: Schedule | None = None,
-    *,
-    brief: bool = False,
-) -> Rollout:
-    """Do what `simulate` does, though MuJoCo's warnings are heard."""
-    schedule = schedule or schedule_for(scene.task)
-    commands = Commands.of(plan, scene.task, schedule).disturbed(scene.conditions, glove)
-    run = _Run(scene, commands, driver, glove)
-    run.start(plan.q_start)
-    model, data = scene.hand.model, scene.hand.data
-    substeps = steps_per_reading(model)
-    closed = int(np.searchsorted(commands.times, driver.reach, side="right"))
-    speed, warnings = data.qvel, data.warning.number
-    n, stop = len(commands.times), None
-    for tick in range(n):
-        if tick < closed:
-            run.command(tick)
-        elif tick == closed:
-            run.command_rest(tick)
-        run.send_and_keep(tick)
-        # What the sensors tell is read once a reading, after the last step.
-        model.opt.disableflags |= NO_SENSORS
-        mujoco.mj_step(model, data, nstep=substeps - 1)
-        model.opt.disableflags &= ~NO_SENSORS
-        mujoco.mj_step(model, data)
-        run.after[tick], run.warned[tick] = speed, warnings
-        if (tick + 1) % LOOKED_AT == 0 or tick + 1 == n:
-            stop = run.first_diverged(tick)
-            if stop is not None:
-                break
-        if brief and run.lost(tick):
-            n = tick + 1
-            break
-    unstable = stop is not None
-    n = n if stop is None else stop + 1
-    return record_of(scene, commands, driver, glove, run.seen(n), unstable=unstable)
+def run_jobs(jobs: Sequence[Job], *, brief: bool = False) -> list[Rollout | None]:
+    """Make runs whose models have one shape.
 
+    Parameters
+    ----------
+    jobs
+        One run steps the model and data of its own scene, several step in a batch. Those with
+        equal `command_key` should follow each other.
+    brief
+        End each run as soon as its object is lost.
 
-def steps_per_reading(model: mujoco.MjModel) -> int:
-    """Return how many steps MuJoCo makes between two readings of the glove."""
-    return round(1.0 / (RATE * model.opt.timestep))
+    Returns
+    -------
+    list of Rollout or None
+        None for a run of a batch that had more contacts than its sensors have slots for; it has to
+        be made by itself.
+    """
+    runs = _Runs(jobs)
+    runs.start()
+    simulations, samples, recent = runs.simulations, runs.samples, runs.recent
+    sent = [(samples[name], getattr(simulations, name)) for name in COMMANDS]
+    kept = [(samples[name], getattr(simulations, name)) for name in _STATES]
+    tick = unchecked = 0
+    while tick < runs.end:
+        for group in runs.groups:
+            group.command(tick)
+        for rows, values in sent:
+            values[:] = rows[tick]
+        for rows, values in kept:
+            rows[tick] = values
+        row = tick - unchecked
+        recent.sensors[row] = simulations.sensordata
+        exact = simulations.exact_contacts()
+        if exact is not None:
+            recent.exact_contacts[row] = exact
+        simulations.step_to_next_reading(tick, runs.ends)
+        recent.speeds[row], recent.warnings[row] = simulations.qvel, simulations.warnings
+        tick += 1
+        if row + 1 == CHECKED_EVERY or tick == runs.end:
+            runs.check(unchecked, tick)
+            unchecked = tick
+        if brief:
+            runs.end_lost(tick - 1)
+    if unchecked < tick:
+        runs.check(unchecked, tick)
+    return runs.records()
 
 
 def diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> Mask:
-    """Return whether states (...,) have left all bounds, by velocities and counts of warnings."""
+    """Return whether simulations (...,) have diverged.
+
+    Parameters
+    ----------
+    qvel : (..., nv) [m/s or rad/s]
+    warnings : (..., n_kinds)
+        How often MuJoCo gave each of its warnings.
+    """
     slow = np.asarray(np.abs(qvel) <= MAX_SPEED).all(axis=-1)
     return np.asarray(~slow | warnings[..., list(BAD_NUMBERS)].any(axis=-1))
 
 
-class _Run:
-    """One run: what is commanded and what is seen, a row for each reading."""
+class _Recent:
+    """What is kept since the last check, (CHECKED_EVERY, n_runs, ...).
 
-    def __init__(self, scene: Scene, commands: Commands, driver: Driver, glove: DataGlove) -> None:
-        self.scene, self.commands, self.driver, self.glove = scene, commands, driver, glove
-        self.wrist, self.senses = Wrist(scene.hand.model), Senses(scene.hand.model)
-        data, n = scene.hand.data, len(commands.times)
-        self.data = data
-        self.ctrl = np.zeros((n, scene.hand.model.nu))
-        self.mocap_pos, self.mocap_quat = np.empty((n, 3)), np.empty((n, 4))
-        self.qpos, self.qvel = np.empty((n, len(data.qpos))), np.empty((n, len(data.qvel)))
-        self.after = np.empty((n, len(data.qvel)))
-        self.warned = np.zeros((n, len(data.warning.number)), dtype=np.int32)
-        self.n_looked_at = 0
-        view = data.sensordata[self.senses.first :]
-        self.sensed = np.empty((n, len(view)))
-        self.height, self.counts = view[self.senses.height], self.senses.counts(view)
-        self.crowded: dict[int, tuple[Array, float]] = {}
-        self.sent = [
-            (self.ctrl, data.ctrl),
-            (self.mocap_pos, data.mocap_pos[scene.mocap]),
-            (self.mocap_quat, data.mocap_quat[scene.mocap]),
-        ]
-        self.kept = [
-            (self.qpos, data.qpos), (self.qvel, data.qvel), (self.sensed, view)
-        ]  # fmt: skip
+    Attributes
+    ----------
+    sensors
+        Values of the sensors at each reading.
+    exact_contacts
+        Force and penetration of a run by itself, by row, where the sensors have too few slots.
+    speeds, warnings
+        MuJoCo's velocities and counts of warnings after the steps that follow each reading.
+    """
 
-    def start(self, q_start: Array) -> None:
-        """Put hand and forearm at the start, at rest."""
-        hand, commands = self.scene.hand, self.commands
-        mujoco.mj_resetData(hand.model, hand.data)
-        free = hand.data.joint("forearm")
-        pose = self.wrist.forearm(commands.palm_pos[0], commands.palm_quat[0], q_start)
-        free.qpos[:3], free.qpos[3:] = pose
-        hand.model.opt.disableflags &= ~NO_SENSORS
-        hand.set_posture(q_start)
-        self.first_height = float(self.height[0])
+    def __init__(self, simulations: Simulations) -> None:
+        self.sensors = np.empty((CHECKED_EVERY, *simulations.sensordata.shape))
+        self.exact_contacts: dict[int, tuple[Array, float]] = {}
+        self.speeds = np.empty((CHECKED_EVERY, *simulations.qvel.shape))
+        self.warnings = np.empty((CHECKED_EVERY, *simulations.warnings.shape), dtype=np.int32)
 
-    def targets(self, tick: int) -> Array:
-        """Read the glove and ask the driver, (22,) [rad]."""
-        reading = self.glove.reading(self.scene.hand.q, self.commands.disturbance[tick])
-        return self.driver.targets(float(self.commands.times[tick]), reading)
 
-    def command(self, tick: int) -> None:
-        """Lay down where actuators and forearm are to go at a reading."""
-        commands, hand = self.commands, self.scene.hand
-        ctrl = commands.commanded(self.targets(tick), tick)
-        self.ctrl[tick, hand.ctrl_index] = ctrl
-        self.mocap_pos[tick], self.mocap_quat[tick] = self.wrist.forearm(
-            commands.palm_pos[tick], commands.palm_quat[tick], ctrl
-        )
+class _Runs:
+    """Runs while they are made.
 
-    def command_rest(self, tick: int) -> None:
-        """Lay down all that is left, from a reading on: the targets stay what they are."""
-        commands, hand, rest = self.commands, self.scene.hand, slice(tick, None)
-        ctrl = commands.commanded(self.targets(tick), rest)
-        self.ctrl[rest, hand.ctrl_index] = ctrl
-        self.mocap_pos[rest], self.mocap_quat[rest] = self.wrist.forearms(
-            commands.palm_pos[rest], commands.palm_quat[rest], ctrl
-        )
+    Attributes
+    ----------
+    ends : (n_runs,)
+        How many readings each run has.
+    end
+        How many readings the longest has.
+    samples
+        What becomes the records, by name: (n_readings, n_runs, ...).
+    recent
+        What has yet to be checked.
+    """
 
-    def send_and_keep(self, tick: int) -> None:
-        """Give the commands to the simulation and keep a sample of everything."""
-        for rows, view in self.sent:
-            view[:] = rows[tick]
-        for rows, view in self.kept:
-            rows[tick] = view
-        if self.data.ncon > SLOTS and max(self.counts.tolist()) > SLOTS:
-            self.crowded[tick] = contacts_of(self.scene.hand.model, self.data)
-
-    def first_diverged(self, tick: int) -> int | None:
-        """Return the first reading, after those looked at before, after which the run diverged."""
-        new = slice(self.n_looked_at, tick + 1)
-        self.n_looked_at = tick + 1
-        bad = np.flatnonzero(diverged(self.after[new], self.warned[new]))
-        return new.start + int(bad[0]) if bad.size else None
-
-    def lost(self, tick: int) -> bool:
-        """Whether the object stays behind a palm that was to lift it."""
-        if self.scene.task.rule.lift < LOST or self.commands.lift[tick] < 2 * LOST:
-            return False
-        return bool(self.height[0] - self.first_height < LOST)
-
-    def seen(self, n: int) -> dict[str, Array]:
-        """Return the first ``n`` samples, as `record_of` wants them."""
-        sensed = self.sensed[:n]
-        force, depth, _ = self.senses.contacts(sensed)
-        for tick, exact in self.crowded.items():
-            force[tick], depth[tick] = exact
-        return {
-            "qpos": self.qpos[:n],
-            "qvel": self.qvel[:n],
-            "ctrl": self.ctrl[:n],
-            "mocap_pos": self.mocap_pos[:n],
-            "mocap_quat": self.mocap_quat[:n],
-            "contact_force": force,
-            "penetration": depth,
-            **self.senses.poses(sensed),
+    def __init__(self, jobs: Sequence[Job]) -> None:
+        self.jobs, n = jobs, len(jobs)
+        self.simulations = simulations = simulations_of([job.scene for job in jobs])
+        self.commands = commands_of(jobs)
+        self.ends = np.array([len(commands.times) for commands in self.commands])
+        self.end = int(self.ends.max())
+        self.unstable, self.lost, self.uncounted = np.zeros((3, n), dtype=bool)
+        widths = {name: getattr(simulations, name).shape[1] for name in COMMANDS + _STATES}
+        widths |= {"contact_force": len(CONTACT_PARTS), "poses": simulations.sensors.n_poses}
+        self.samples: dict[str, Array] = {
+            name: np.zeros((self.end, n, width)) for name, width in widths.items()
         }
+        self.samples["penetration"] = np.zeros((self.end, n))
+        self.groups = groups_of(jobs, self.commands, simulations.qpos, self.samples)
+        self.recent = _Recent(simulations)
+        # Readings at which an object that has not risen is lost.
+        self._due = np.zeros((self.end, n), dtype=bool)
+        for i, (job, commands) in enumerate(zip(jobs, self.commands, strict=True)):
+            self._due[: len(commands.times), i] = commands.due_to_rise(job.scene.task.rule.lift)
+        self._any_due: list[bool] = self._due.any(axis=1).tolist()
+
+    def start(self) -> None:
+        """Put hands and forearms at the start, at rest, as `HandModel.set_posture` does."""
+        simulations, hand = self.simulations, self.jobs[0].scene.hand
+        simulations.reset()
+        free = int(hand.model.joint("forearm").qposadr[0])
+        for i, (job, commands) in enumerate(zip(self.jobs, self.commands, strict=True)):
+            model, q = job.scene.hand.model, job.plan.q_start
+            pos, quat = Wrist(model).forearm(commands.palm_pos[0], commands.palm_quat[0], q)
+            qpos, ctrl = simulations.qpos[i], simulations.ctrl[i]
+            qpos[free : free + 3], qpos[free + 3 : free + 7] = pos, quat
+            qpos[hand.qpos_index] = q
+            ctrl[hand.ctrl_index] = np.clip(q, *model.actuator_ctrlrange[hand.ctrl_index].T)
+        simulations.forward()
+        self._height = simulations.sensordata[:, simulations.sensors.height]
+        self._first_height = self._height.copy()
+
+    def check(self, start: int, stop: int) -> None:
+        """Make samples of what was kept of some readings, and end runs that have diverged."""
+        samples, sensors, recent = self.samples, self.simulations.sensors, self.recent
+        rows, n = slice(start, stop), stop - start
+        force, depth, crowded = sensors.contacts(recent.sensors[:n])
+        for row, exact in recent.exact_contacts.items():  # of a run by itself
+            force[row, 0], depth[row, 0] = exact
+            crowded[row, 0] = False
+        recent.exact_contacts.clear()
+        samples["contact_force"][rows], samples["penetration"][rows] = force, depth
+        samples["poses"][rows] = recent.sensors[:n, :, : sensors.n_poses]
+        bad = diverged(recent.speeds[:n], recent.warnings[:n])
+        if bad.any():
+            bad &= self._not_ended(start, stop) & ~self.lost
+            for i in np.flatnonzero(bad.any(axis=0)):
+                self.ends[i], self.unstable[i] = start + int(bad[:, i].argmax()) + 1, True
+            self.end = int(self.ends.max())
+        if crowded.any():
+            self.uncounted |= (crowded & self._not_ended(start, stop)).any(axis=0)
+
+    def _not_ended(self, start: int, stop: int) -> Mask:
+        """Whether readings (stop - start, n_runs) are of the runs: not after their ends."""
+        return np.arange(start, stop)[:, None] < self.ends
+
+    def end_lost(self, tick: int) -> None:
+        """End runs whose object stayed behind a palm that was to lift it."""
+        if not self._any_due[tick]:
+            return
+        lost = self._due[tick] & (self._height - self._first_height < LOST)
+        if True in lost.tolist():  # faster than lost.any()
+            lost &= self.ends > tick
+            self.ends[lost], self.lost[lost] = tick + 1, True
+            self.end = int(self.ends.max())
+
+    def records(self) -> list[Rollout | None]:
+        """Judge the runs and return their records."""
+        return [None if self.uncounted[i] else self._record(i) for i in range(len(self.jobs))]
+
+    def _record(self, i: int) -> Rollout:
+        job, unstable = self.jobs[i], bool(self.unstable[i])
+        # Copies, so that one record that is kept does not keep the samples of all runs in memory.
+        samples = {name: rows[: self.ends[i], i].copy() for name, rows in self.samples.items()}
+        samples |= self.simulations.sensors.poses(samples.pop("poses"))
+        return record_of(
+            job.scene, self.commands[i], job.driver, job.glove, samples, unstable=unstable
+        )

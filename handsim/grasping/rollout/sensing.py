@@ -1,7 +1,7 @@
-"""What is seen of object and palm: their poses, and how the hand presses on the object.
+"""Sensors of object and palm: their poses, and how the hand presses on the object.
 
-A scene that is simulated has sensors for it, for these come as one array, of one simulation as of
-a batch, and need to be computed only when they are read.
+A scene gets MuJoCo's own sensors for them. Their values come as one array, of one simulation or of
+a batch, and are computed only where they are needed.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
@@ -10,14 +10,15 @@ from collections.abc import Iterator
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
 from handsim.joints import CONTACT_PARTS, FINGERS
-from handsim.types import Array
+from handsim.types import Array, Mask
 
 SLOTS = 8
-"""Contacts with the object of a finger, or of a body of the palm, that its sensor can tell; up to
-4 were seen in grasps of all tasks."""
+"""Contacts with the object that the sensor of a finger, or of a body of the palm, has room for. In
+grasps of all tasks there were at most 4."""
+NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+"""Bit of a model's ``opt.disableflags`` that keeps sensors from being computed."""
 
 _POSES = (
     ("object_pos", "object", mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtObj.mjOBJ_BODY),
@@ -29,25 +30,27 @@ _POSES = (
     ("palm_pos", "palm", mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtObj.mjOBJ_XBODY),
     ("palm_quat", "palm", mujoco.mjtSensor.mjSENS_FRAMEQUAT, mujoco.mjtObj.mjOBJ_XBODY),
 )
-"""Poses in the world: name, body, kind, and whether of its centre of mass or of its frame."""
+"""Poses in the world: name, body, type of the sensor, and whether the pose is that of the body's
+centre of mass (``BODY``) or of its frame (``XBODY``)."""
 _FIELDS = (
     mujoco.mjtConDataField.mjCONDATA_FOUND,
     mujoco.mjtConDataField.mjCONDATA_FORCE,
     mujoco.mjtConDataField.mjCONDATA_DIST,
 )
-_MARK = "seen_"
+_PREFIX = "seen_"
+"""Of the names of these sensors."""
 _WIDTH, _NORMAL, _DISTANCE = 5, 1, 4
-"""Numbers a slot: contacts found, force (normal first) and distance."""
+"""A slot has 5 numbers: contacts found, force (3, the normal one first) and distance."""
 
 
-def add_senses(spec: mujoco.MjSpec) -> None:
-    """Give a scene the sensors that `Senses` reads; it moves as before."""
-    for name, body, kind, of in _POSES:
-        spec.add_sensor(name=_MARK + name, type=kind, objtype=of, objname=body)
+def add_sensors(spec: mujoco.MjSpec) -> None:
+    """Give a scene the sensors that `Sensors` reads; how it moves stays the same."""
+    for name, body, kind, frame in _POSES:
+        spec.add_sensor(name=_PREFIX + name, type=kind, objtype=frame, objname=body)
     for body, part in _touching_bodies(spec):
         whole = part in FINGERS
         spec.add_sensor(
-            name=_MARK + body,
+            name=_PREFIX + body,
             type=mujoco.mjtSensor.mjSENS_CONTACT,
             objtype=mujoco.mjtObj.mjOBJ_XBODY if whole else mujoco.mjtObj.mjOBJ_BODY,
             objname=body,
@@ -57,68 +60,81 @@ def add_senses(spec: mujoco.MjSpec) -> None:
         )
 
 
-class Senses:
-    """Reads the sensors of `add_senses`, of many samples or simulations at once.
+class Sensors:
+    """Where the sensors of `add_sensors` are, and what their values mean.
+
+    Values are those of many samples or simulations at once: (..., n_values), from `first` on.
 
     Parameters
     ----------
     model
-        A scene; those of one shape have their sensors in the same places.
+        A scene; models of one shape have their sensors in the same places.
+
+    Attributes
+    ----------
+    first
+        Where these sensors begin in MuJoCo's ``sensordata``.
+    n_poses
+        How many of their values are poses, which come first.
+    height
+        Which value is the height of the object's centre of mass [m].
     """
 
+    height = 2
+
     def __init__(self, model: mujoco.MjModel) -> None:
-        first = model.sensor(_MARK + _POSES[0][0]).id
-        names = [model.sensor(i).name.removeprefix(_MARK) for i in range(first, model.nsensor)]
+        first = model.sensor(_PREFIX + _POSES[0][0]).id
+        names = [model.sensor(i).name.removeprefix(_PREFIX) for i in range(first, model.nsensor)]
         starts, sizes = model.sensor_adr[first:], model.sensor_dim[first:]
         ends = starts + sizes - starts[0]
-        self.first = int(starts[0])
-        """Where these sensors begin among all."""
         n = len(_POSES)
-        self.n_poses = int(ends[n - 1])
-        """How many numbers the poses are, which come first."""
+        self.first, self.n_poses = int(starts[0]), int(ends[n - 1])
         self._poses = {
             name: slice(end - size, end)
             for name, size, end in zip(names[:n], sizes.tolist(), ends.tolist(), strict=False)
         }
-        self.height = slice(2, 3)
-        """Where the height of the object's centre of mass is, the first pose's z."""
         self._parts = [_part(body) for body in names[n:]]
 
-    def poses(self, sensed: Array) -> dict[str, Array]:
-        """Return poses by name, (N, 3) [m] or (N, 4), from readings (N, n_poses or more)."""
-        return {name: sensed[:, place].copy() for name, place in self._poses.items()}
+    def poses(self, values: Array) -> dict[str, Array]:
+        """Return poses by name, (n, 3) [m] or (n, 4), from values (n, n_poses or more)."""
+        return {name: values[:, place].copy() for name, place in self._poses.items()}
 
-    def counts(self, sensed: Array) -> Array:
-        """Return how many contacts each sensor found, (..., n_sensors), as a view."""
-        return sensed[..., self.n_poses :: SLOTS * _WIDTH]
+    def n_contacts(self, values: Array) -> Array:
+        """Return how many contacts each contact sensor found, (..., n_sensors), as a view."""
+        return values[..., self.n_poses :: SLOTS * _WIDTH]
 
-    def contacts(self, sensed: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-        """Return forces (N, 6) [N], overlaps (N,) [m] and whether a sensor had too few slots (N,).
+    def contacts(self, values: Array) -> tuple[Array, Array, Mask]:
+        """Return how hand and object touch.
 
         Parameters
         ----------
-        sensed : (N, ...)
-            Readings from `first` on.
+        values : (..., n_values)
 
         Returns
         -------
-        Normal forces on the object summed up for each part of the hand (`CONTACT_PARTS`), and how
-        deep hand and object overlap at most.
+        force : (..., 6) [N]
+            Normal forces on the object, summed up for each part of the hand (`CONTACT_PARTS`).
+        penetration : (...,) [m]
+            Deepest overlap of hand and object.
+        crowded : (...,)
+            Whether a sensor had too few slots.
         """
-        shape = (len(sensed), len(self._parts), SLOTS, _WIDTH)
-        slots = sensed[:, self.n_poses :].reshape(shape)
+        shape = values.shape[:-1]
+        rows = values.reshape(-1, values.shape[-1])
+        slots = rows[:, self.n_poses :].reshape(len(rows), len(self._parts), SLOTS, _WIDTH)
         by_sensor = slots[:, :, 0, _NORMAL].copy()
         for i in range(1, SLOTS):  # in the order of the contacts, as a sum over them would be
             by_sensor += slots[:, :, i, _NORMAL]
-        force = np.zeros((len(sensed), len(CONTACT_PARTS)))
+        force = np.zeros((len(rows), len(CONTACT_PARTS)))
         for i, part in enumerate(self._parts):
             force[:, part] += by_sensor[:, i]
         depth = np.maximum(0.0, -slots[:, :, :, _DISTANCE].min(axis=(1, 2)))
-        return force, depth, self.counts(sensed).max(axis=1) > SLOTS
+        crowded = self.n_contacts(rows).max(axis=1) > SLOTS
+        return force.reshape(*shape, -1), depth.reshape(shape), crowded.reshape(shape)
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, float]:
-    """Return what `Senses.contacts` does of one simulation, however many contacts there are."""
+    """Return force (6,) [N] and overlap [m] of one simulation, however many contacts there are."""
     force, contact = np.zeros(len(CONTACT_PARTS)), data.contact
     root = model.body_rootid[model.geom_bodyid[contact.geom]]
     object_id, forearm = model.body("object").id, model.body("forearm").rootid
@@ -136,7 +152,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, floa
 
 
 def _touching_bodies(spec: mujoco.MjSpec) -> Iterator[tuple[str, str]]:
-    """Yield bodies that stand for a part of the hand: a finger's first, and all of the palm's."""
+    """Yield bodies with a contact sensor and their part: each finger's first, all of the palm's."""
     for body in spec.body("forearm").find_all(mujoco.mjtObj.mjOBJ_BODY):
         finger = _finger(body.name)
         if finger not in FINGERS:
@@ -147,11 +163,11 @@ def _touching_bodies(spec: mujoco.MjSpec) -> Iterator[tuple[str, str]]:
 
 
 def _part(body: str) -> int:
-    """Column of `CONTACT_PARTS` for a body of the hand."""
+    """Return the column of `CONTACT_PARTS` for a body of the hand."""
     finger = _finger(body)
     return CONTACT_PARTS.index(finger if finger in FINGERS else "palm")
 
 
 def _finger(body: str) -> str:
-    """First word of a body's name; of those that belong to a finger, its name."""
+    """Return the first word of a body's name, which is the finger's where it belongs to one."""
     return body.partition("_")[0]

@@ -172,7 +172,7 @@ def test_many_forearms_give_way_to_the_wrist_as_one(hand):
     pos, quat = generator.normal(size=(20, 3)), generator.normal(size=(20, 4))
     quat /= np.linalg.norm(quat, axis=1, keepdims=True)
     q = generator.uniform(LOWER, UPPER, (20, 22))
-    for place, turn, *given in zip(*wrist.forearms(pos, quat, q), pos, quat, q, strict=True):
+    for place, turn, *given in zip(*wrist.forearm(pos, quat, q), pos, quat, q, strict=True):
         palm, orientation, posture = given
         hand.set_posture(posture)
         reached = Pose(place, turn) @ palm_pose(hand)
@@ -206,7 +206,7 @@ def test_forearms_give_way_to_a_wrist_that_is_not_at_their_end():
     pos, quat = generator.normal(size=(10, 3)), generator.normal(size=(10, 4))
     quat /= np.linalg.norm(quat, axis=1, keepdims=True)
     q = generator.uniform(LOWER, UPPER, (10, 22))
-    many = wrist.forearms(pos, quat, q)
+    many = wrist.forearm(pos, quat, q)
     for i in range(10):
         for forearm in (wrist.forearm(pos[i], quat[i], q[i]), (many[0][i], many[1][i])):
             data.qpos[:3], data.qpos[3:7] = forearm

@@ -10,13 +10,15 @@ from handsim.grasping.conditions import Conditions, perturb
 from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.planner import replayed_plan, run_plan
-from handsim.grasping.rollout import batch
+from handsim.grasping.rollout import _stepping, batch, sensing
+from handsim.grasping.rollout import run as runs
 from handsim.grasping.rollout.batch import grasp_batch, simulate_batch
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import ScriptedDriver, learned_driver
-from handsim.grasping.rollout.lockstep import Job
+from handsim.grasping.rollout.jobs import Job
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import simulate
+from handsim.grasping.rollout.sensing import SLOTS
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import UPPER
@@ -137,11 +139,11 @@ class Bursting:
     name: str = "bursting"
     reach: float = np.inf
 
-    def targets(self, time, reading):
-        return np.full(reading.shape, np.nan if time >= self.burst else 0.0)
+    def targets(self, time, readings):
+        return np.full(readings.shape, np.nan if time >= self.burst else 0.0)
 
-    def coordinates(self, reading):
-        return np.empty((*reading.shape[:-1], 0))
+    def coordinates(self, readings):
+        return readings[:, :0]
 
     def arrived(self, reading):
         return True
@@ -166,26 +168,63 @@ def test_more_contacts_than_sensors_can_tell_are_counted_one_by_one(controller, 
     jobs = [short(job) for job in jobs_of(controller, plan, conditions)]
     expected = simulate_batch(jobs, n_threads=1)
     assert expected[0].contact_force.max() > 0
-    # What the sensors told is spoiled and said to be too little: runs by themselves put it right.
-    monkeypatch.setattr(batch.Lockstep, "look_at", blind(batch.Lockstep.look_at))
+    # A batch's contact forces are spoiled and its sensors said to have too few slots: runs by
+    # themselves put it right.
+    monkeypatch.setattr(runs._Runs, "check", spoiled(runs._Runs.check))
     for run, known in zip(simulate_batch(jobs, n_threads=1), expected, strict=True):
         assert_same(run, known)
 
 
-def blind(look_at):
-    def looked(self, start, n):
-        look_at(self, start, n)
-        self.samples["contact_force"][:] = -1.0
-        self.unseen[:] = True
+def spoiled(check):
+    def checked(self, start, stop):
+        check(self, start, stop)
+        if len(self.jobs) > 1:
+            self.samples["contact_force"][:] = -1.0
+            self.uncounted[:] = True
 
-    return looked
+    return checked
+
+
+@pytest.mark.parametrize("slots", [0, SLOTS])
+def test_a_batch_leaves_out_runs_with_too_many_contacts_alone(controller, plan, monkeypatch, slots):
+    """As if each sensor had no slots: both runs touch the object, the second once it is read."""
+    monkeypatch.setattr(sensing.Sensors, "contacts", with_slots(sensing.Sensors.contacts, slots))
+    near, other = (short(j) for j in jobs_of(controller, plan, [Conditions(), Conditions(seed=1)]))
+    far = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.3])))
+    made = runs.run_jobs([near, replace(other, plan=far)])
+    assert [run is None for run in made] == [slots == 0, False]
+
+
+def with_slots(contacts, slots):
+    def counted(self, values):
+        force, depth, _ = contacts(self, values)
+        return force, depth, self.n_contacts(values).max(axis=-1) > slots
+
+    return counted
+
+
+def test_runs_of_a_batch_end_when_their_object_is_lost_as_alone(controller, plan):
+    """The first holds, the others reach too high; the last of them is another driver's."""
+    apart = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.2])))
+    conditions = [Conditions(), Conditions(seed=1)]
+    held, lost = (short(job, 0.4) for job in jobs_of(controller, plan, conditions))
+    lost = replace(lost, plan=apart)
+    driver = ScriptedDriver(plan.q_start, plan.q_start, plan.q_goal, 1.2)
+    jobs = [held, lost, replace(lost, driver=driver)]
+    together = runs.run_jobs(jobs, brief=True)
+    lengths = [len(run.time) for run in together]
+    assert lengths[1] < lengths[0] > lengths[2]
+    for run, job in zip(together, jobs, strict=True):
+        assert_same(
+            run, simulate(job.scene, job.plan, job.driver, job.glove, job.schedule, brief=True)
+        )
 
 
 def test_without_batches_in_mujoco_runs_are_made_one_by_one(controller, plan, monkeypatch):
     jobs = [short(job) for job in jobs_of(controller, plan, [Conditions(), Conditions(seed=1)])]
     expected = simulate_batch(jobs, n_threads=1)
     monkeypatch.setattr(batch, "find_spec", lambda name: None)
-    monkeypatch.setattr(batch, "Lockstep", None)
+    monkeypatch.setattr(_stepping, "BatchOfSimulations", None)
     for run, known in zip(simulate_batch(jobs, n_threads=1), expected, strict=True):
         assert_same(run, known)
 

@@ -1,4 +1,4 @@
-"""What a run is told to do, checked without physics."""
+"""Commands of a run, checked without physics."""
 
 from dataclasses import replace
 
@@ -157,3 +157,26 @@ def test_commands_are_targets_and_what_is_added_within_the_ranges(commands):
     )
     np.testing.assert_array_equal(commands.commanded(UPPER, 200), UPPER)
     np.testing.assert_array_equal(commands.commanded(LOWER - 1.0, 0), LOWER)
+
+
+def test_commands_of_several_runs_are_those_of_each():
+    each = [shaken(2.0, seed) for seed in range(3)]
+    together = Commands.together(each)
+    assert together.schedule is SCHEDULE
+    targets = LOWER + np.linspace(0.1, 0.9, 3)[:, None] * (UPPER - LOWER)
+    for rows in (130, slice(125, None)):
+        ctrl = together.commanded(targets, rows)
+        for i, alone in enumerate(each):
+            np.testing.assert_array_equal(ctrl[..., i, :], alone.commanded(targets[i], rows))
+            for name in ("palm_pos", "palm_quat", "added", "disturbance"):
+                mine, its = getattr(together, name)[rows], getattr(alone, name)[rows]
+                np.testing.assert_array_equal(mine[..., i, :], its)
+            np.testing.assert_array_equal(together.lift[:, i], alone.lift)
+
+
+def test_an_object_is_due_to_rise_once_the_palm_has_risen_twice_as_far(commands):
+    due = commands.due_to_rise(0.1)
+    assert due[210] and not due[170]
+    np.testing.assert_array_equal(due, commands.lift >= 0.04)
+    np.testing.assert_array_equal(commands.due_to_rise(LOST), due)
+    assert not commands.due_to_rise(0.0199).any()  # what is not to be lifted

@@ -1,4 +1,4 @@
-"""What of a run reaches the judge."""
+"""The record of a run, and what the judge is given."""
 
 from types import SimpleNamespace
 
@@ -7,7 +7,7 @@ import pytest
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import Schedule
-from handsim.grasping.rollout import record as seen
+from handsim.grasping.rollout import record as record_module
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.record import record_of
 from handsim.tasks.rules import Outcome
@@ -25,8 +25,8 @@ class Driver:
     def __init__(self):
         self.asked = []
 
-    def coordinates(self, reading):
-        return reading[:, :1]
+    def coordinates(self, readings):
+        return readings[:, :1]
 
     def arrived(self, reading):
         self.asked.append(reading)
@@ -79,7 +79,7 @@ def look(monkeypatch):
 
     def look(task="pen-write", hinges=(), arrival=3, unstable=False, disturbance=0.0, **changed):
         given = []
-        monkeypatch.setattr(seen, "judge", lambda *args: given.append(args) or OUTCOME)
+        monkeypatch.setattr(record_module, "judge", lambda *args: given.append(args) or OUTCOME)
         commands = SimpleNamespace(
             schedule=SCHEDULE,
             times=TIMES,
@@ -140,7 +140,7 @@ def test_the_driver_is_asked_at_the_end_of_the_reach_by_what_the_glove_read(look
     np.testing.assert_array_equal(driver.asked[0], record.reading[3])
     expected = np.round(np.rad2deg(3e-3 * np.arange(22)) + 2.0)
     np.testing.assert_allclose(np.rad2deg(record.reading[3]), expected, atol=1e-9)
-    # A run that diverged before is record_of by its last sample.
+    # A run that diverged before is judged by its last sample.
     _, record, driver = look(arrival=9)
     np.testing.assert_array_equal(driver.asked[0], record.reading[N - 1])
 

@@ -1,4 +1,4 @@
-"""What a run sees and commands, and that doing so costs little beside the physics."""
+"""Sensors, commands and records of a run, and that they cost little beside the physics."""
 # pyright: reportAttributeAccessIssue=false
 
 import pickle
@@ -12,7 +12,7 @@ from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.planning.planner import replayed_plan
-from handsim.grasping.rollout import run as closed_loop
+from handsim.grasping.rollout import _stepping
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import LearnedDriver, learned_driver
@@ -20,7 +20,7 @@ from handsim.grasping.rollout.forearm import Wrist
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import MAX_SPEED, diverged, simulate
-from handsim.grasping.rollout.sensing import SLOTS, Senses, contacts_of
+from handsim.grasping.rollout.sensing import SLOTS, Sensors, contacts_of
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import CONTACT_PARTS, FINGERS, LOWER, UPPER
@@ -75,10 +75,10 @@ def pushed_into(scene: Scene, seed: int) -> None:
 
 def test_sensors_tell_what_the_contacts_are(touching):
     model, data = touching.hand.model, touching.hand.data
-    senses, touched = Senses(model), 0
+    sensors, touched = Sensors(model), 0
     for seed in range(30):
         pushed_into(touching, seed)
-        force, depth, crowded = senses.contacts(data.sensordata[None, senses.first :])
+        force, depth, crowded = sensors.contacts(data.sensordata[None, sensors.first :])
         exact_force, exact_depth = contacts_of(model, data)
         if crowded[0]:
             assert data.ncon > SLOTS
@@ -112,8 +112,8 @@ def test_sensed_poses_are_those_of_the_bodies(touching):
     model, data = touching.hand.model, touching.hand.data
     pushed_into(touching, 2)
     mujoco.mj_forward(model, data)
-    senses = Senses(model)
-    poses = {k: v[0] for k, v in senses.poses(data.sensordata[None, senses.first :]).items()}
+    sensors = Sensors(model)
+    poses = {k: v[0] for k, v in sensors.poses(data.sensordata[None, sensors.first :]).items()}
     grasp_object, palm = data.body("object"), data.body("palm")
     np.testing.assert_array_equal(poses["object_pos"], grasp_object.xipos)
     np.testing.assert_array_equal(poses["object_quat"], grasp_object.xquat)
@@ -122,7 +122,7 @@ def test_sensed_poses_are_those_of_the_bodies(touching):
     np.testing.assert_array_equal(axes, grasp_object.xmat.reshape(3, 3))
     np.testing.assert_array_equal(poses["palm_pos"], palm.xpos)
     np.testing.assert_array_equal(poses["palm_quat"], palm.xquat)
-    assert data.sensordata[senses.first :][senses.height] == grasp_object.xipos[2]
+    assert data.sensordata[sensors.first :][sensors.height] == grasp_object.xipos[2]
 
 
 def test_a_run_counts_contacts_one_by_one_where_sensors_are_too_few(
@@ -135,8 +135,8 @@ def test_a_run_counts_contacts_one_by_one_where_sensors_are_too_few(
         return np.full(len(CONTACT_PARTS), 7.0), 0.001
 
     # As if each sensor could tell none of the contacts that it finds.
-    monkeypatch.setattr(closed_loop, "SLOTS", 0)
-    monkeypatch.setattr(closed_loop, "contacts_of", counted)
+    monkeypatch.setattr(_stepping, "SLOTS", 0)
+    monkeypatch.setattr(_stepping, "contacts_of", counted)
     again = simulate(scene, plan, driver)
     touched = (run.contact_force > 0).any(axis=1)
     assert touched.any()
@@ -146,17 +146,23 @@ def test_a_run_counts_contacts_one_by_one_where_sensors_are_too_few(
     np.testing.assert_array_equal(again.qpos, run.qpos)
 
 
-def test_many_forearms_are_as_each_by_itself(scene):
+def test_forearms_of_many_poses_are_those_of_each_to_the_bit(scene):
     wrist, generator = Wrist(scene.hand.model), np.random.default_rng(0)
     pos, quat = generator.normal(size=(50, 3)), generator.normal(size=(50, 4))
     quat /= np.linalg.norm(quat, axis=1, keepdims=True)
     q = generator.uniform(LOWER, UPPER, (50, 22))
     q[0] = 0.0
-    places, turns = wrist.forearms(pos, quat, q)
+    places, turns = wrist.forearm(pos, quat, q)
+    rows = wrist.forearm(pos.reshape(5, 10, 3), quat.reshape(5, 10, 4), q.reshape(5, 10, 22))
+    np.testing.assert_array_equal(rows[0].reshape(50, 3), places)
+    np.testing.assert_array_equal(rows[1].reshape(50, 4), turns)
     for i in range(50):
         place, turn = wrist.forearm(pos[i], quat[i], q[i])
-        np.testing.assert_allclose(places[i], place, rtol=0, atol=1e-15)
-        np.testing.assert_allclose(turns[i], turn, rtol=0, atol=1e-15)
+        np.testing.assert_array_equal(places[i], place)
+        np.testing.assert_array_equal(turns[i], turn)
+        place, turn = wrist.forearm(pos[[i]], quat[[i]], q[[i]])
+        np.testing.assert_array_equal(places[[i]], place)
+        np.testing.assert_array_equal(turns[[i]], turn)
 
 
 def test_a_driver_takes_readings_together_as_one_by_one(driver):
@@ -164,10 +170,11 @@ def test_a_driver_takes_readings_together_as_one_by_one(driver):
     readings = driver.controller.demonstrations[3].q_start + generator.normal(0, 0.2, (40, 22))
     for time in (0.0, 0.4, 1.1, 1.3):
         together = np.broadcast_to(driver.targets(time, readings), readings.shape)
-        for reading, targets in zip(readings, together, strict=True):
-            np.testing.assert_array_equal(targets, driver.targets(time, reading))
-    for reading, z in zip(readings, driver.coordinates(readings), strict=True):
-        np.testing.assert_array_equal(z, driver.coordinates(reading))
+        for i in range(40):
+            (targets,) = np.atleast_2d(driver.targets(time, readings[[i]]))
+            np.testing.assert_array_equal(together[i], targets)
+    for i, z in enumerate(driver.coordinates(readings)):
+        np.testing.assert_array_equal(z, driver.coordinates(readings[[i]])[0])
 
 
 def test_noise_drawn_before_is_that_of_reading_after_reading(scene, plan):
@@ -194,7 +201,7 @@ def test_the_text_of_the_model_is_made_when_wanted(scene, run):
     assert pickle.loads(pickle.dumps(run)).model_xml == run.model_xml
 
 
-def test_a_run_leaves_the_stage_as_it_was_and_repeats_itself(scene, plan, driver, run):
+def test_a_run_leaves_the_sensors_on_and_repeats_itself(scene, plan, driver, run):
     assert not scene.hand.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_SENSOR
     np.testing.assert_array_equal(simulate(scene, plan, driver).qpos, run.qpos)
 

@@ -10,12 +10,13 @@ import pytest
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import Schedule
 from handsim.grasping.planning.demonstrator import scripted_plan
-from handsim.grasping.rollout import run as closed_loop
+from handsim.grasping.rollout import run as runs
+from handsim.grasping.rollout._stepping import steps_per_reading
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.forearm import Wrist
 from handsim.grasping.rollout.glove import DataGlove
-from handsim.grasping.rollout.run import diverged, run_alone, steps_per_reading
+from handsim.grasping.rollout.run import diverged, simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.tasks.table_one import task_by_name
@@ -33,12 +34,12 @@ class Asking:
     def __init__(self):
         self.asked = []
 
-    def targets(self, time, reading):
-        self.asked.append((time, reading))
-        return reading
+    def targets(self, time, readings):
+        self.asked.append((time, readings[0]))
+        return readings
 
-    def coordinates(self, reading):
-        return reading[..., :0]
+    def coordinates(self, readings):
+        return readings[:, :0]
 
     def arrived(self, reading):
         return True
@@ -52,7 +53,7 @@ def made():
     # Far from the object, so that nothing touches.
     plan = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.3])))
     driver = Asking()
-    run = run_alone(scene, plan, driver, DataGlove(), SCHEDULE)
+    run = simulate(scene, plan, driver, DataGlove(), SCHEDULE)
     commands = Commands.of(plan, TASK, SCHEDULE).disturbed(scene.conditions, DataGlove())
     return SimpleNamespace(run=run, commands=commands, scene=scene, driver=driver, plan=plan)
 
@@ -64,7 +65,7 @@ def test_a_hand_is_shaken_as_its_conditions_say(made):
     assert np.linalg.norm(shaking[20:], axis=1).max() > 0.005
     wrist = Wrist(made.scene.hand.model)
     ctrl = made.run.ctrl[:, made.scene.hand.ctrl_index]
-    pos, _ = wrist.forearms(made.commands.palm_pos, made.commands.palm_quat, ctrl)
+    pos, _ = wrist.forearm(made.commands.palm_pos, made.commands.palm_quat, ctrl)
     np.testing.assert_allclose(made.run.mocap_pos, pos, atol=1e-12)
     free = int(made.scene.hand.model.joint("forearm").qposadr[0])
     way = made.run.qpos[40:, free : free + 2] - made.run.qpos[39, free : free + 2]
@@ -103,15 +104,46 @@ def test_five_steps_are_made_between_readings(made):
     assert made.scene.hand.data.time == pytest.approx(0.61)
 
 
-def lost(tick=50, rise=0.0, palm=0.1, lift=0.1):
-    """Whether a run is lost whose object has risen by ``rise`` while the palm rose."""
-    run = SimpleNamespace(
-        scene=SimpleNamespace(task=SimpleNamespace(rule=SimpleNamespace(lift=lift))),
-        commands=SimpleNamespace(lift=np.where(np.arange(100) == tick, palm, -np.inf)),
-        height=np.array([0.3 + rise]),
-        first_height=0.3,
+def lost(rise=0.0, palm=0.1, lift=0.1):
+    """Whether the second of two runs is lost, whose object has risen by ``rise``.
+
+    Its palm has risen by ``palm`` and the task asks for ``lift``. The first run's palm is down.
+    """
+    due = Commands.together([lifted(-np.inf), lifted(palm)]).due_to_rise(lift)
+    made = ending(due, height=[0.5, 0.3 + rise], first=[0.5, 0.3])
+    runs._Runs.end_lost(made, 50)
+    assert not made.lost[0]
+    assert made.ends.tolist() == [61, 51 if made.lost[1] else 61]
+    assert made.end == 61
+    return bool(made.lost[1])
+
+
+def lifted(palm):
+    """Commands of a palm that has risen at one reading."""
+    still = np.zeros((61, 3))
+    lift = np.where(np.arange(61) == 50, palm, -np.inf)
+    return Commands(SCHEDULE, np.arange(61) / 100, still, still, still, 5, lift, still)
+
+
+def ending(due, height, first, ends=(61, 61)):
+    """Runs of two jobs, as far as `end_lost` looks at them."""
+    return SimpleNamespace(
+        _due=due,
+        _any_due=due.any(axis=1).tolist(),
+        _height=np.array(height),
+        _first_height=np.array(first),
+        ends=np.array(ends),
+        lost=np.zeros(2, dtype=bool),
+        end=max(ends),
     )
-    return closed_loop._Run.lost(run, tick)
+
+
+def test_all_end_with_the_last_that_is_lost_and_none_ends_twice():
+    made = ending(np.ones((61, 2), dtype=bool), [0.0, 0.0], [0.0, 0.0], ends=(40, 61))
+    runs._Runs.end_lost(made, 50)
+    assert made.lost.tolist() == [False, True]
+    assert made.ends.tolist() == [40, 51]
+    assert made.end == 51
 
 
 def test_an_object_is_lost_that_stays_behind_the_palm():
@@ -124,23 +156,6 @@ def test_an_object_is_lost_that_stays_behind_the_palm():
     assert not lost(lift=0.0)  # what is not to be lifted
     assert not lost(lift=0.0199)
     assert lost(lift=0.02)
-
-
-def looked_at(first_bad, looks=(4, 9)):
-    """What looks at the end of some readings say of a run of ten."""
-    after, warned = np.zeros((10, 7)), np.zeros((10, 8), dtype=np.int32)
-    if first_bad is not None:
-        after[first_bad:, 2] = np.nan
-    run = SimpleNamespace(after=after, warned=warned, n_looked_at=0)
-    return [closed_loop._Run.first_diverged(run, tick) for tick in looks]
-
-
-def test_the_first_reading_after_which_a_run_diverged_is_found():
-    assert looked_at(None) == [None, None]
-    assert looked_at(0) == [0, 5]
-    assert looked_at(4)[0] == 4
-    assert looked_at(5) == [None, 5]
-    assert looked_at(9) == [None, 9]
 
 
 @pytest.mark.parametrize("kind", ["BADCTRL", "BADQPOS", "BADQVEL", "BADQACC"])
@@ -159,17 +174,28 @@ def test_speed_counts_either_way_up_to_500():
 @pytest.mark.parametrize("bad", [0, 7, 24, 25, 55, 60])
 def test_a_run_that_diverges_ends_with_the_reading_before(made, monkeypatch, bad):
     """As if the velocities after reading ``bad`` were no numbers."""
-    unstable, calls = [], []
+    calls = []
 
     def from_bad(qvel, warnings):
         calls.append(len(qvel))
         rows = np.arange(sum(calls[:-1]), sum(calls))
-        return rows >= bad
+        return rows[:, None] >= bad
 
-    def told(scene, commands, driver, glove, samples, *, unstable):
-        return len(samples["qpos"]), unstable
+    monkeypatch.setattr(runs, "diverged", from_bad)
+    monkeypatch.setattr(runs, "record_of", length)
+    asking = Asking()
+    assert simulate(made.scene, made.plan, asking, DataGlove(), SCHEDULE) == (bad + 1, True)
+    assert calls == [25, 25, 11][: bad // 25 + 1]  # nothing is simulated after it is found
 
-    monkeypatch.setattr(closed_loop, "diverged", from_bad)
-    monkeypatch.setattr(closed_loop, "record_of", told)
-    n, unstable = run_alone(made.scene, made.plan, Asking(), DataGlove(), SCHEDULE)
-    assert (n, unstable) == (bad + 1, True)
+
+def length(scene, commands, driver, glove, samples, *, unstable):
+    return len(samples["qpos"]), unstable
+
+
+def test_a_run_that_is_lost_has_not_diverged(made, monkeypatch):
+    """Though its velocities are no numbers before they are checked."""
+    monkeypatch.setattr(runs, "diverged", lambda qvel, warnings: np.full(qvel.shape[:2], True))
+    monkeypatch.setattr(runs, "record_of", length)
+    monkeypatch.setattr(Commands, "due_to_rise", lambda self, _: np.arange(61) == 10)
+    run = simulate(made.scene, made.plan, Asking(), DataGlove(), SCHEDULE, brief=True)
+    assert run == (11, False)
