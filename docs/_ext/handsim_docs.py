@@ -270,13 +270,13 @@ _ARRAY = re.compile(
 
 def shorter(
     app: Sphinx, what: str, name: str, value: Any, options: Any, signature: str, returned: str
-) -> tuple[str, str] | None:
+) -> tuple[str | None, ...] | None:
     """Write ``Array`` for an array of floats in signatures, as the code does.
 
-    Constants have no signature, though those that name a type can be called.
+    Constants have none, though those that name a type can be called.
     """
     if what not in ("class", "exception", "function", "method"):
-        return "", ""
+        return None, ""
     if signature is None:
         return None
     return tuple(each and _ARRAY.sub("Array", each) for each in (signature, returned))
