@@ -6,7 +6,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "_ext")]
 
-from handsim_docs import SUBSTITUTIONS, VERSION
+from handsim_docs import SUBSTITUTIONS, VERSION  # noqa: E402, found by the line above
 
 project = "handsim"
 author = "The handsim developers"

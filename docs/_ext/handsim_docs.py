@@ -8,6 +8,7 @@ import ast
 import re
 import tomllib
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -83,7 +84,7 @@ def summary_of(full_name: str) -> str:
     if callable(value):
         return (value.__doc__ or "").strip().splitlines()[0]
     body = ast.parse(Path(import_module(module).__file__ or "").read_text(encoding="utf-8")).body
-    for node, following in zip(body, body[1:], strict=False):
+    for node, following in pairwise(body):
         target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
         said = following.value if isinstance(following, ast.Expr) else None
         if isinstance(target, ast.Name) and target.id == name and isinstance(said, ast.Constant):
@@ -224,9 +225,7 @@ _NUMBERED = re.compile(r"\[\d+\] ")
 _LITERAL = re.compile(r"(``.*?``|`[^`]*`_?)")
 
 
-def readable(
-    app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]
-) -> None:
+def readable(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
     """Keep formulas in docstrings from being read as markup.
 
     Bars, asterisks and trailing underscores stand for themselves. An indented paragraph of
@@ -263,6 +262,7 @@ def _escaped(line: str) -> str:
     return "".join(parts)
 
 
+_ARRAY_LIKE = re.compile(r"~?[\w.]*_Buffer \| [^=]*?bytes \| str\](?= = |, |\))")
 _ARRAY = re.compile(
     r"~?numpy\.ndarray\[tuple\[~?(?:typing\.)?Any, \.\.\.\], ~?numpy\.dtype\[~?numpy\.float64\]\]"
 )
@@ -271,7 +271,7 @@ _ARRAY = re.compile(
 def shorter(
     app: Sphinx, what: str, name: str, value: Any, options: Any, signature: str, returned: str
 ) -> tuple[str | None, ...] | None:
-    """Write ``Array`` for an array of floats in signatures, as the code does.
+    """Write ``Array`` and ``ArrayLike`` in signatures, as the code does.
 
     Constants have none, though those that name a type can be called.
     """
@@ -279,7 +279,10 @@ def shorter(
         return None, ""
     if signature is None:
         return None
-    return tuple(each and _ARRAY.sub("Array", each) for each in (signature, returned))
+    return tuple(
+        each and _ARRAY_LIKE.sub("ArrayLike", _ARRAY.sub("Array", each))
+        for each in (signature, returned)
+    )
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

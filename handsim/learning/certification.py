@@ -43,7 +43,7 @@ def certification(
     dict
         ``k``; ``k_min``, the least exponent with which the proof succeeds, None if none;
         ``certified``; ``reason``; ``supremum``, the proven bound of the descent quantity;
-        ``n_minima`` (the destinations themselves among them)``, n_saddles, n_maxima`` over all
+        ``n_minima`` (the destinations themselves among them), ``n_saddles``, ``n_maxima`` over all
         destinations; ``other_minima``: name of the destination and place [deg] of the traps found
         (at most 100); ``starts`` on a grid times destinations, and the ``arrivals`` among them;
         ``lost_starts`` as ``other_minima``.
