@@ -1,12 +1,12 @@
-"""Equality by content of things that hold arrays.
+"""Equality by content of objects that hold arrays.
 
-What a dataclass compares by itself raises as soon as an array is among its fields, and so does its
-hash. Here arrays are equal when they have the same shape and numbers; NaN equals NaN, as two
+The comparison that a dataclass makes raises as soon as one of its fields is an array, and so does
+its hash. Here arrays are equal when they have the same shape and numbers. NaN equals NaN: two
 results that lack the same number are the same.
 """
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ import numpy as np
 class ByContent:
     """Base of a ``@dataclass(frozen=True, eq=False)`` that is equal to another by its fields.
 
-    Equal things have equal hashes, so that they can be kept in sets and as keys.
+    Equal objects have equal hashes, so that they can be kept in sets and as keys.
     """
 
     def __eq__(self, other: object) -> bool:
@@ -34,14 +34,14 @@ def _values(item: Any) -> list[Any]:
 
 def _same(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return np.array_equal(one, other, equal_nan=True)
+        return np.array_equal(cast(Any, one), cast(Any, other), equal_nan=True)
     return bool(one == other)
 
 
 def _key(value: Any) -> Any:
     if isinstance(value, dict):
-        return frozenset(value.items())
+        return frozenset(cast(dict[Any, Any], value).items())
     if not isinstance(value, np.ndarray):
         return value
     numbers = np.nan_to_num(np.asarray(value, dtype=float))
-    return value.shape, (numbers + 0.0).tobytes()  # -0.0 equals 0.0
+    return numbers.shape, (numbers + 0.0).tobytes()  # -0.0 equals 0.0

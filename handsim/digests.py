@@ -1,14 +1,14 @@
-"""Digests of what things are: of their numbers, without the last digits.
+"""Digests of numbers and text that do not depend on the last digits of the numbers.
 
-What is computed (masses, mirrored vectors, sides of a prism) differs in its last bits between
-processors and libraries. A digest of the bits would tell the same thing from itself; one of decimal
-digits would too, wherever a number happens to lie half-way between two of them.
+Computed numbers (masses, mirrored vectors, sides of a prism) differ in their last bits between
+processors and libraries. A digest of the bits would differ for the same object on two machines. So
+would a digest of decimal digits, wherever a number lies half-way between two of them.
 """
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -55,35 +55,41 @@ def content_digest(*values: Any) -> str:
     return whole.hexdigest()[:16]
 
 
-def _add(whole: "hashlib._Hash", value: Any) -> None:
+class _Hash(Protocol):
+    """What hashlib's objects have, which it gives no public name."""
+
+    def update(self, data: bytes, /) -> None: ...
+
+
+def _add(whole: _Hash, value: Any) -> None:
     """Add a value with its kind and length, so that no two values run together to the same."""
     if value is None or isinstance(value, str | bool):
         whole.update(f"{type(value).__name__} {value!r}\n".encode())
     elif is_dataclass(value):
         _add(whole, {field.name: getattr(value, field.name) for field in fields(value)})
     elif isinstance(value, Mapping):
-        whole.update(f"mapping {len(value)}\n".encode())
-        for name in sorted(value):
+        mapping = cast(Mapping[str, Any], value)
+        whole.update(f"mapping {len(mapping)}\n".encode())
+        for name in sorted(mapping):
             _add(whole, name)
-            _add(whole, value[name])
-    elif isinstance(value, list | tuple) and not _numeric(value):
-        whole.update(f"sequence {len(value)}\n".encode())
-        for each in value:
+            _add(whole, mapping[name])
+    elif isinstance(value, list | tuple) and not _numeric(cast(Sequence[Any], value)):
+        sequence = cast(Sequence[Any], value)
+        whole.update(f"sequence {len(sequence)}\n".encode())
+        for each in sequence:
             _add(whole, each)
     else:
-        numbers = rounded(value)
+        numbers = rounded(cast(npt.ArrayLike, value))
         whole.update(f"numbers {numbers.shape}\n".encode() + numbers.astype("<f8").tobytes())
 
 
-def _numeric(values: list[Any] | tuple[Any, ...]) -> bool:
-    """Whether a sequence is a row of numbers, or rows of one length of them (points)."""
+def _numeric(values: Sequence[Any]) -> bool:
+    """Return whether a sequence is a row of numbers, or of rows of numbers of one length."""
     first = values[0] if values else None
     if isinstance(first, list | tuple):
-        n = len(first)
-        return all(
-            isinstance(row, list | tuple) and len(row) == n and n > 0 and _numeric(row)
-            for row in values
-        )
+        n = len(cast(Sequence[Any], first))
+        rows = [cast(Sequence[Any], row) for row in values if isinstance(row, list | tuple)]
+        return len(rows) == len(values) and all(len(row) == n > 0 and _numeric(row) for row in rows)
     return bool(values) and all(
         isinstance(each, int | float) and not isinstance(each, bool) for each in values
     )

@@ -6,6 +6,9 @@ What a simulation or an integration *finds* (an object dropped, a run that does 
 result with a reason, never an exception.
 """
 
+from collections.abc import Generator
+from contextlib import contextmanager
+
 
 class HandsimError(Exception):
     """Base of all errors raised on purpose; the command line prints it as one line."""
@@ -42,3 +45,24 @@ class RenderingError(HandsimError, RuntimeError):
 
 class MissingToolError(HandsimError, RuntimeError):
     """Something outside Python is not installed; the message names the command that installs it."""
+
+
+@contextmanager
+def quiet_logs(*loggers: str) -> Generator[None, None, None]:
+    """Keep libraries from logging, in many lines, what is raised as an error of one line.
+
+    Parameters
+    ----------
+    *loggers
+        Their names; those below them are silent too, unless they have a level of their own.
+    """
+    import logging
+
+    levels = {name: logging.getLogger(name).level for name in loggers}
+    for name in loggers:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)

@@ -79,7 +79,9 @@ WRITERS: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_full_disk_names_the_file_the_need_and_the_remedy(disk: Path, name: str) -> None:
+def test_a_full_disk_names_the_file_the_need_and_the_remedy(
+    disk: Path, name: str, capfd: pytest.CaptureFixture[str]
+) -> None:
     if name != "table.csv":  # rows are appended to the old one
         (disk / "other").write_text("kept")
     with pytest.raises(FileError, match="No space left on device") as raised:
@@ -91,6 +93,7 @@ def test_a_full_disk_names_the_file_the_need_and_the_remedy(disk: Path, name: st
     assert 50 < float(free[1]) <= SPACE / 1000  # what the file took itself is free again
     assert free[2] == str(disk)
     assert "\n" not in said
+    assert capfd.readouterr() == ("", ""), "an encoder adds nothing to it"
     left = {path.name for path in disk.iterdir()}
     assert left == ({"table.csv"} if name == "table.csv" else {"other"})
 

@@ -70,31 +70,31 @@ def check_learning(one, other) -> None:
     assert again.digest == learned.digest
     report = reported(before, after, "relearned/")
     assert report.ok, report.as_text()
-    assert len(report.changes) == len(before.questions.starts)
+    assert len(report.changes) == len(before.cases.starts)
 
 
 def check_answers(one, other) -> None:
     """Movements and grasps of one controller within their tolerances, verdicts the same."""
     before, after = one[0], other[0]
-    for kind, n in (("movement/", len(before.questions.starts)), ("grasp/", len(TASKS))):
+    for kind, n in (("movement/", len(before.cases.starts)), ("grasp/", len(TASKS))):
         report = reported(before, after, kind)
         assert report.ok, report.as_text()
         assert len(report.changes) >= n
-    assert after.outputs.inputs == before.outputs.inputs
-    for name, trace in before.outputs.traces.items():
-        assert after.outputs.traces[name].verdict == trace.verdict, name
+    assert after.results.inputs == before.results.inputs
+    for name, trace in before.results.traces.items():
+        assert after.results.traces[name].verdict == trace.verdict, name
 
 
 def reported(before, after, kind: str) -> Report:
     """Compare the answers of one kind."""
-    outputs = [
-        type(one.outputs)(
-            {name: trace for name, trace in one.outputs.traces.items() if name.startswith(kind)},
-            one.outputs.inputs,
+    results = [
+        type(one.results)(
+            {name: trace for name, trace in one.results.traces.items() if name.startswith(kind)},
+            one.results.inputs,
         )
         for one in (before, after)
     ]
-    return compare(*outputs, environments=(before.environment, after.environment))
+    return compare(*results, environments=(before.environment, after.environment))
 
 
 @pytest.mark.parametrize("variant", SAMPLED, ids=lambda variant: variant.name)
@@ -118,9 +118,9 @@ def test_the_sampled_environments_are_others(sampled):
 def test_what_was_learned_elsewhere_is_not_just_anything(sampled):
     """What is compared with moves its hand, and holds what it grasps."""
     baseline, learned = sampled[USUAL]
-    assert {t.verdict for t in baseline.outputs.traces.values()} == {"arrived", "held"}
+    assert {t.verdict for t in baseline.results.traces.values()} == {"arrived", "held"}
     assert np.abs(learned.navigation.obstacle.chi.coefficients).max() > 0.1
-    moved = [np.ptp(t.q, axis=0).max() for t in baseline.outputs.traces.values()]
+    moved = [np.ptp(t.q, axis=0).max() for t in baseline.results.traces.values()]
     assert min(moved) > 0.05
 
 

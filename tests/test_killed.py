@@ -26,7 +26,7 @@ def write():
 
 def read():
     assert GraspController.load(folder / "controller.npz").digest == controller.digest
-    assert read_baseline(folder / "baseline.npz").outputs.inputs == baseline.outputs.inputs
+    assert read_baseline(folder / "baseline.npz").results.inputs == baseline.results.inputs
     assert len(read_rollout(folder / "rollout.npz").time) == len(rollout.time)
 
 start = time.perf_counter()

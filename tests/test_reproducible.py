@@ -93,7 +93,8 @@ def test_exact_products_are_exact_whatever_the_order() -> None:
 
 OURS = (
     "navigation/metric", "navigation/paths", "navigation/flow", "learning/fit/designs",
-    "learning/fit/lbfgs", "learning/direction/averaging", "learning/direction/descent",
+    "learning/fit/field_samples", "learning/fit/history", "learning/fit/lbfgs",
+    "learning/fit/smoothness", "learning/direction/averaging", "learning/direction/descent",
     "learning/direction/learner", "learning/direction/metric_model", "learning/direction/samples",
     "learning/pde/learner", "learning/pde/problem", "reproducible",
 )  # fmt: skip

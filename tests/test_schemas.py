@@ -44,8 +44,8 @@ def test_rollouts(path):
 @kept("baseline-*.npz")
 def test_baselines(path):
     baseline = read_baseline(path)
-    assert baseline.outputs.traces["grasp/cube-raise"].verdict == "held"
-    assert baseline.questions.plans["cube-raise"].q_goal.shape == (N_JOINTS,)
+    assert baseline.results.traces["grasp/cube-raise"].verdict == "held"
+    assert baseline.cases.plans["cube-raise"].q_goal.shape == (N_JOINTS,)
 
 
 @kept("plans-*.json")

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from handsim.files import replacing
 from handsim.objects.mjcf import OBJECTS
 from handsim.tasks.scene import build_scene
+from handsim.viewing.film.video import write_image
 
 Picture = npt.NDArray[np.uint8]
 
@@ -56,9 +56,7 @@ def main() -> None:
     """Write the sheet to the file named on the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path)
-    path = parser.parse_args().file
-    with replacing(path) as temporary:
-        Image.fromarray(sheet()).save(temporary, optimize=True)
+    write_image(sheet(), parser.parse_args().file)
 
 
 if __name__ == "__main__":

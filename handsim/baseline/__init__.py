@@ -1,14 +1,14 @@
-"""Baselines: what a controller did, kept, so that a change of it is noticed and named.
+"""Baselines: kept results of a controller, with which later results are compared.
 
-A baseline asks a controller for movements and grasps and keeps its answers together with a hash of
-everything that they depend on and the environment that they were made in. A check asks the same
-again.
+In: a controller, plans and recordings. Out: a file with the results of all cases (movements and
+grasps), a hash of everything that they depend on, and the environment in which they were made. A
+check runs the same cases again and reports what differs. May import all rooms but `cli`.
 """
 
 from handsim.baseline.comparison import compare
 from handsim.baseline.environment import Environment
 from handsim.baseline.findings import Report
-from handsim.baseline.results import Cases, Results, answer, cases_for
+from handsim.baseline.results import Cases, Results, cases_for, run_cases
 from handsim.baseline.store import Baseline, read_baseline, write_baseline
 from handsim.baseline.tolerances import Tolerances
 
@@ -19,9 +19,9 @@ __all__ = [
     "Report",
     "Results",
     "Tolerances",
-    "answer",
     "cases_for",
     "compare",
     "read_baseline",
+    "run_cases",
     "write_baseline",
 ]

@@ -1,4 +1,4 @@
-"""Record a baseline, and ask the same again."""
+"""Record a baseline, and run its cases again to compare."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -7,7 +7,7 @@ from importlib.metadata import version
 from handsim.baseline.comparison import compare, not_numbers
 from handsim.baseline.environment import Environment
 from handsim.baseline.findings import Report
-from handsim.baseline.results import Results, answer, cases_for
+from handsim.baseline.results import Results, cases_for, run_cases
 from handsim.baseline.store import Baseline
 from handsim.baseline.tolerances import Tolerances
 from handsim.errors import InputError
@@ -25,7 +25,7 @@ def record_baseline(
     conditions: Conditions | None = None,
     progress: Progress | None = None,
 ) -> Baseline:
-    """Ask a controller for its demonstrated movements and for grasps by plan.
+    """Run the demonstrated movements of a controller and grasps by plan, and keep the results.
 
     Parameters
     ----------
@@ -33,17 +33,17 @@ def record_baseline(
     plans
         By task of Table I.
     recordings
-        If given, learning from them belongs to what is checked.
+        If given, learning from them is checked too.
     conditions
         Of all grasps.
     progress
         Called with the fraction done.
     """
-    questions = cases_for(controller, plans)
-    outputs = answer(controller, questions, recordings, conditions, progress)
+    cases = cases_for(controller, plans)
+    results = run_cases(controller, cases, recordings, conditions, progress)
     return Baseline(
-        questions,
-        outputs,
+        cases,
+        results,
         relearned=recordings is not None,
         environment=Environment.here(),
         handsim=version("handsim"),
@@ -60,13 +60,13 @@ def check_baseline(
     ignore_inputs: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Report, Results]:
-    """Ask a controller what a baseline was asked, and compare.
+    """Run the cases of a baseline with a controller, and compare the results.
 
     Returns
     -------
     report
-    outputs
-        The new answers.
+    results
+        The new ones.
 
     Raises
     ------
@@ -76,30 +76,30 @@ def check_baseline(
     if baseline.relearned and recordings is None:
         raise InputError("the baseline includes learning; give the recordings to learn from")
     learned_from = recordings if baseline.relearned else None
-    outputs = answer(controller, baseline.questions, learned_from, conditions, progress)
+    results = run_cases(controller, baseline.cases, learned_from, conditions, progress)
     environments = (baseline.environment, Environment.here())
     now = version("handsim")
     other = f"handsim {baseline.handsim} in the baseline, {now} here"
     notes = () if baseline.handsim == now else (other,)
-    report = compare(baseline.outputs, outputs, tolerances, environments, ignore_inputs, notes)
-    return report, outputs
+    report = compare(baseline.results, results, tolerances, environments, ignore_inputs, notes)
+    return report, results
 
 
-def updated(baseline: Baseline, outputs: Results, reason: str) -> Baseline:
-    """Return the baseline with new answers taken for right, and the reason why.
+def updated(baseline: Baseline, results: Results, reason: str) -> Baseline:
+    """Return the baseline with new results, and the reason why they are right.
 
     Raises
     ------
     InputError
-        If there is no reason, or an answer is no number and could not be compared with again.
+        If there is no reason, or a result holds values that are not finite.
     """
     if not reason.strip():
         raise InputError("an update needs a reason; say why the new answers are right")
-    for fault in not_numbers(outputs):
+    for fault in not_numbers(results):
         raise InputError(f"{fault}; no such answer can be taken for right, the baseline stays")
     return replace(
         baseline,
-        outputs=outputs,
+        results=results,
         environment=Environment.here(),
         handsim=version("handsim"),
         reasons=(*baseline.reasons, " ".join(reason.split())),

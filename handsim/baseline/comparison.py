@@ -1,6 +1,6 @@
-"""What has moved between two sets of answers, worst first.
+"""Compare two sets of results and list the differences, worst first.
 
-Limits are written so that what is no number is beyond them: ``not distance <= limit``.
+Limits are tested as ``not distance <= limit``, so that NaN counts as beyond them.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from handsim.navigation.paths import path_error
 from handsim.types import Array
 
 SAME_TIME = 1e-6
-"""Difference of last times below which two answers last equally long [s]."""
+"""Difference of last times below which two traces count as equally long [s]."""
 
 
 def compare(
@@ -29,22 +29,22 @@ def compare(
     ignore_inputs: bool = False,
     notes: tuple[str, ...] = (),
 ) -> Report:
-    """Compare answers with the baseline's.
+    """Compare results with those of the baseline.
 
     Parameters
     ----------
     before, after
-        The baseline's answers and the new ones.
+        The baseline's results and the new ones.
     tolerances
     environments
-        In which the baseline and the new answers were made. Where they differ, the inputs are the
-        same and an answer has moved no further than `ENVIRONMENT_LIMITS`, the finding is one of
-        the environment.
+        In which the baseline and the new results were made. A difference is reported as one of the
+        environment where the environments differ, the inputs are the same and the trace has moved
+        no further than `ENVIRONMENT_LIMITS`.
     ignore_inputs
-        Note changed inputs instead of counting them: a controller learned anew differs in all its
-        numbers, and the question is what it does.
+        Report changed inputs as notes and not as findings. A controller learned anew differs in
+        all its numbers, and only its movements are of interest.
     notes
-        What else to say.
+        Further lines for the report.
     """
     tolerances = tolerances or Tolerances()
     names = list(dict.fromkeys([*before.traces, *after.traces]))
@@ -68,7 +68,7 @@ def compare(
 
 
 def unusable(trace: Trace) -> list[str]:
-    """Say why the postures of an answer cannot be compared, if so."""
+    """Say why the postures of a trace cannot be compared; empty if they can."""
     time, q = np.asarray(trace.time), np.asarray(trace.q)
     if time.ndim != 1 or q.shape != (len(time), N_JOINTS):
         return [f"has postures of shape {q.shape} for times of shape {time.shape}"]
@@ -86,11 +86,11 @@ def unusable(trace: Trace) -> list[str]:
     return []
 
 
-def not_numbers(outputs: Results) -> list[str]:
-    """Name all that could not be compared with anything, were these answers taken for right."""
+def not_numbers(results: Results) -> list[str]:
+    """Describe all values that are not finite; nothing can be compared with them later."""
     return [
         f"{name} {text}"
-        for name, trace in outputs.traces.items()
+        for name, trace in results.traces.items()
         for text in (
             *unusable(trace),
             *(f"has {m} {v}" for m, v in trace.measures.items() if not isfinite(v)),
@@ -99,10 +99,10 @@ def not_numbers(outputs: Results) -> list[str]:
 
 
 def trace_change(name: str, before: Trace, after: Trace, tolerances: Tolerances) -> Change:
-    """Measure how far one answer moved; a shorter one stays where it ends.
+    """Measure how far one trace moved; a shorter one is continued by its last posture.
 
-    Of a grasp that failed in the baseline only the outcome is compared, and that it is measured in
-    numbers: it may fail in another way each time.
+    Of a grasp that failed in the baseline only the verdict is compared, and that its measures are
+    finite. It may fail in another way each time.
     """
     failed = name.startswith("grasp/") and before.verdict != "held"
     time, apart = deviation_deg(before, after)
@@ -137,17 +137,18 @@ def trace_change(name: str, before: Trace, after: Trace, tolerances: Tolerances)
 
 
 def deviation_deg(before: Trace, after: Trace) -> tuple[Array, Array]:
-    """Return all times (n,) [s] of two answers, and how far each joint is apart, (n, 22) [deg]."""
+    """Return all times (n,) [s] of two traces, and the distance of each joint, (n, 22) [deg]."""
     time = np.union1d(before.time, after.time)
     return time, np.rad2deg(np.abs(_at(after, time) - _at(before, time)))
 
 
 def _at(trace: Trace, time: Array) -> Array:
-    return np.column_stack([np.interp(time, trace.time, angle) for angle in trace.q.T])
+    angles: list[Array] = [np.interp(time, trace.time, angle) for angle in trace.q.T]
+    return np.column_stack(angles)
 
 
 def _faults(name: str, before: Trace | None, after: Trace | None) -> list[Finding]:
-    """Say why an answer cannot be compared with the baseline's, if so."""
+    """Say why a trace cannot be compared with the baseline's; empty if it can."""
     if after is None:
         return [Finding("missing", name, "is not made any more", np.inf)]
     if before is None:
@@ -161,8 +162,8 @@ def _faults(name: str, before: Trace | None, after: Trace | None) -> list[Findin
 
 
 def _findings(change: Change, elsewhere: tuple[str, ...]) -> list[Finding]:
-    """Put a change in words; ``elsewhere`` is how the environment differs, if that may be why."""
-    found = []
+    """Describe a change; ``elsewhere`` is how the environments differ, if that may be why."""
+    found: list[Finding] = []
     name = change.name
     if change.before != change.after:
         # What was good and is not any more comes before what changed in any other way.
@@ -187,7 +188,7 @@ def _findings(change: Change, elsewhere: tuple[str, ...]) -> list[Finding]:
 
 
 def _moved(change: Change) -> list[Finding]:
-    found = []
+    found: list[Finding] = []
     if change.moved:
         text = (
             f"{change.joint} by {change.deviation_deg:.3g} deg at {change.time_s:.2f} s "
@@ -202,7 +203,7 @@ def _moved(change: Change) -> list[Finding]:
 
 
 def _explained(change: Change) -> bool:
-    """Whether an answer has moved no further than another environment may move it."""
+    """Whether a trace has moved no further than another environment may move it."""
     return change.deviation_deg <= ENVIRONMENT_LIMITS.of_answer(change.name) and all(
         abs(after - before) <= ENVIRONMENT_LIMITS.of_measure(measure)
         for measure, (before, after) in change.measures.items()
@@ -210,7 +211,7 @@ def _explained(change: Change) -> bool:
 
 
 def _input_findings(before: Mapping[str, str], after: Mapping[str, str]) -> list[Finding]:
-    """Name what changed among the inputs; what changed alike in many places is told once."""
+    """Name what changed among the inputs; the same change in many places is one finding."""
     if before.get(SCHEMA_OF_INPUTS) != after.get(SCHEMA_OF_INPUTS):
         text = "are kept in another way by this handsim and not compared; record the baseline again"
         return [Finding("input", "inputs", text, np.inf)]

@@ -1,7 +1,8 @@
-"""Where answers were computed: processor, libraries and what of them was in force.
+"""Where results were computed: processor, libraries, and their settings.
 
-One processor or BLAS kernel sums in another order than the next, or fuses a product and a sum; a
-result then differs in its last bits, and what goes on from there may differ in more.
+Processors and BLAS kernels differ in the order of their sums, and in whether a product and a sum
+are rounded together. Results then differ in their last bits, and what is computed from them may
+differ in more.
 """
 
 import hashlib
@@ -28,17 +29,18 @@ LABELS = {
 }
 """Names for people, where they are not those of the fields."""
 _WITH_BLAS = ("scipy.linalg",)
-"""Modules that load a BLAS of their own; unless they are imported it is not among those found."""
+"""Modules that load a BLAS of their own, which is found only when they are imported."""
 _FUNCTIONS: tuple[Callable[[float], float], ...] = (
     math.exp, math.expm1, math.sin, math.cos, math.tan, math.atan, math.sinh,
 )  # fmt: skip
 _POINTS = 4000
-"""Of each function; with and without fused multiplication one result in a thousand differs."""
+"""Points at which each function is computed: one result in a thousand differs with fused
+multiplication."""
 
 
 @dataclass(frozen=True)
 class Environment:
-    """What the last bits of an answer depend on; what is not known is empty.
+    """What the last bits of a result depend on; fields that are not known are empty.
 
     Attributes
     ----------
@@ -99,8 +101,9 @@ class Environment:
 
 
 def differences(before: Environment, now: Environment) -> tuple[str, ...]:
-    """Name what differs, a line each; what the first does not know is told in a single one."""
-    lines, unknown = [], []
+    """Return a line for each difference, and one for all that the first does not know."""
+    lines: list[str] = []
+    unknown: list[str] = []
     for name in _names():
         label, old, new = LABELS.get(name, name), getattr(before, name), getattr(now, name)
         if not old and new:

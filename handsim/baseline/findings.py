@@ -1,4 +1,4 @@
-"""What a check found: how each answer moved, and the findings in words."""
+"""What a check found: how far each trace moved, and the findings as text."""
 
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
@@ -11,14 +11,14 @@ Kind = Literal[
 ORDER: tuple[Kind, ...] = (
     "environment", "outcome", "missing", "new", "shape", "number", "movement", "measure", "input"
 )  # fmt: skip
-"""Of findings: what another environment explains is told first, then the worst."""
+"""Order of findings: first those that another environment explains, then the worst."""
 GOOD = ("held", "arrived")
-"""Verdicts of answers that are as they should be."""
+"""Verdicts of a success."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """How one answer differs from the baseline's.
+    """How one trace differs from the baseline's.
 
     Attributes
     ----------
@@ -30,14 +30,14 @@ class Change:
     before, after
         Verdicts.
     measures
-        Before and after, of those beyond their tolerance or not finite.
+        Values before and after, of those beyond their tolerance or not finite.
     tolerance_deg
-        Of the joint's deviation.
+        Limit of ``deviation_deg``.
     lost, added
-        Measures that only the baseline has, and that only the new answer has.
+        Measures that only the baseline has, and that only the new trace has.
     frames
-        Before and after, number of frames and last time [s], where an answer that should be as
-        long as it was is not.
+        Number of frames and last time [s], before and after. None where the length is the same or
+        may change.
     """
 
     name: str
@@ -55,19 +55,19 @@ class Change:
 
     @property
     def moved(self) -> bool:
-        """Whether a joint deviates beyond the tolerance; what is no number does."""
+        """Whether a joint deviates beyond the tolerance, as NaN does."""
         return not self.deviation_deg <= self.tolerance_deg
 
     @property
     def within(self) -> bool:
-        """Whether it is no change within the tolerances."""
+        """Whether all differences are within the tolerances."""
         same = self.before == self.after and self.frames is None
         return same and not (self.moved or self.measures or self.lost or self.added)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that moved, in words for people."""
+    """One difference beyond its tolerance, as text; ``harm`` orders those of one kind."""
 
     kind: Kind
     name: str
@@ -84,11 +84,11 @@ class Report:
     findings
         What moved beyond its tolerance, worst first.
     changes
-        Of every answer that both have and that can be compared.
+        One for every trace that both have and that can be compared.
     notes
-        What differs without being counted, such as inputs where those are ignored.
+        Differences that do not count, such as inputs where those are ignored.
     n_answers
-        Of the baseline and of now, each once.
+        Number of different names of traces in the baseline and now.
     environments
         Of the baseline and of now, where they are known.
     """
@@ -125,7 +125,7 @@ class Report:
         }
 
     def as_text(self) -> str:
-        """Return it in lines for people: differences of environment before all else."""
+        """Return lines for people: first how the environments differ, then the findings."""
         head = (
             f"{self.n_answers} answers as in the baseline"
             if self.ok

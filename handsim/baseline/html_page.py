@@ -1,4 +1,4 @@
-"""A check as one HTML page: what moved, and the curves of before and after over each other."""
+"""A check as one HTML page: the findings, and the curves of before and after."""
 
 import tempfile
 from dataclasses import asdict
@@ -17,11 +17,11 @@ from handsim.viewing import html as page
 from handsim.viewing.figures.style import BLUE, VERMILION, WIDE, drawing, save_figure
 
 MOST_DRAWN = 12
-"""Answers whose curves are drawn, from the one that moved most."""
+"""Largest number of traces whose curves are drawn; those that moved most are taken."""
 _JOINTS = 3  # joints drawn of each
 
 
-def write_page(path: Path, baseline: Baseline, outputs: Results, report: Report) -> None:
+def write_page(path: Path, baseline: Baseline, results: Results, report: Report) -> None:
     """Write the page, as a whole or not at all."""
     moved = sorted(
         (change for change in report.changes if not change.within),
@@ -31,7 +31,7 @@ def write_page(path: Path, baseline: Baseline, outputs: Results, report: Report)
     if report.differences:
         sections.insert(0, ("environment", "Another environment", page.listing(report.differences)))
     if moved:
-        sections.append(("curves", "Curves", _curves(moved[:MOST_DRAWN], baseline, outputs)))
+        sections.append(("curves", "Curves", _curves(moved[:MOST_DRAWN], baseline, results)))
     sections += [
         ("answers", "All answers", _answers(report)),
         ("versions", "Environment and reasons", _environment(baseline, report)),
@@ -85,10 +85,10 @@ def _environment(baseline: Baseline, report: Report) -> str:
     return page.table(("", "baseline", "here"), rows, n_text=3) + notes + page.listing(reasons)
 
 
-def _curves(moved: list[Change], baseline: Baseline, outputs: Results) -> str:
+def _curves(moved: list[Change], baseline: Baseline, results: Results) -> str:
     with tempfile.TemporaryDirectory() as folder:
         return "".join(
-            _curve(change, baseline.outputs.traces[change.name], outputs.traces[change.name],
+            _curve(change, baseline.results.traces[change.name], results.traces[change.name],
                    Path(folder))
             for change in moved
         )  # fmt: skip

@@ -1,13 +1,14 @@
-"""Hashes of all that answers depend on, each small enough to say what has changed.
+"""Hashes of all that results depend on, one for each part, so that a change can be located.
 
-A hash is of rounded numbers (`handsim.digests`), since what is computed elsewhere differs in its
-last bits and is the same all the same.
+Numbers are rounded before they are hashed (`handsim.digests`), since another machine computes other
+last bits.
 """
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -53,7 +54,7 @@ def recording_inputs(recordings: RecordingSet) -> dict[str, str]:
 def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
     """Hash the compiled scene, the task, its schedule, the plan and the glove of a grasp.
 
-    The conditions, which are those of all grasps, are given as they are.
+    The conditions are given as values; they are the same for all grasps.
     """
     name = scene.task.name
     hashes = {
@@ -71,19 +72,20 @@ def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
 
 
 def _measured(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return an array of a model, with MuJoCo's 5e9 and 1e10 for what has no end as infinite.
+    """Return an array of a model with MuJoCo's large numbers for "no limit" made infinite.
 
-    Beside such a number all others would be rounded to 0.
+    Those are 5e9 and 1e10. Beside such a number the rounding would turn all others into 0.
     """
     if array.dtype.kind != "f":
         return array
     return np.where(np.abs(array) >= _ENDLESS, np.copysign(np.inf, array), array)
 
 
-def _said(value: Any) -> str:
-    """Return a setting in words: numbers to 9 digits, several with commas."""
+def _said(value: object) -> str:
+    """Return a setting as text: numbers to 9 digits, several with commas."""
     if isinstance(value, list | tuple):
-        return ", ".join(_said(item) for item in value)
+        return ", ".join(_said(item) for item in cast("Sequence[object]", value))
     if isinstance(value, dict):
-        return ", ".join(f"{key} {_said(item)}" for key, item in sorted(value.items()))
+        items = sorted(cast("dict[str, object]", value).items())
+        return ", ".join(f"{key} {_said(item)}" for key, item in items)
     return f"{value:.9g}" if isinstance(value, float) else str(value)

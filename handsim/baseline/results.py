@@ -1,4 +1,4 @@
-"""What a controller does when asked: movements in the subspace, grasps in physics."""
+"""Run the cases of a baseline: movements of a controller in its subspace, grasps in physics."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,21 +19,21 @@ from handsim.tasks.table_one import task_by_name
 from handsim.types import Array, Progress
 
 RATE = 50.0
-"""Of movements kept [Hz]."""
+"""Samples a second of the movements kept [Hz]."""
 THINNING = 4
-"""Every how many samples of a grasp, of 100 a second, one is kept."""
+"""One in so many samples of a grasp is kept; a grasp has 100 a second."""
 
 
 @dataclass(frozen=True)
 class Cases:
-    """What a controller is asked for.
+    """The movements and grasps that a baseline consists of.
 
     Attributes
     ----------
     starts, goals
         By name of the movement, postures (22,) [rad].
     plans
-        By task, where palm and fingers go.
+        Plans of the grasps, by task.
     """
 
     starts: dict[str, Array]
@@ -43,37 +43,50 @@ class Cases:
 
 @dataclass(frozen=True)
 class Trace:
-    """One answer.
+    """What a controller did in one case.
 
     Attributes
     ----------
     time : (n,) [s]
     q : (n, 22) [rad]
-        Of a grasp, what the data glove read.
+        The postures of the movement; of a grasp, the readings of the data glove.
     verdict
-        ``arrived``, ``held``, or what went wrong.
+        ``arrived``, ``held``, or why the case failed.
     measures
-        Of a grasp, lift and slip [m], tilt [deg], hold [s].
+        Of a grasp only: lift, slip and penetration [m], tilt [deg], hold [s], by name.
     """
 
     time: Array
     q: Array
     verdict: str
-    measures: dict[str, float] = field(default_factory=dict)
+    measures: dict[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True)
 class Results:
-    """Answers by name, and what they depend on as hashes or values by name."""
+    """What a controller did in all cases.
+
+    Attributes
+    ----------
+    traces
+        By name of the case, such as ``grasp/cube-raise``.
+    inputs
+        All that the traces depend on, by name: hashes of arrays, values of settings.
+    """
 
     traces: dict[str, Trace]
     inputs: dict[str, str]
 
 
 def cases_for(controller: GraspController, plans: Mapping[str, GraspPlan] | None = None) -> Cases:
-    """Ask for every demonstrated movement, and from each start for the next one's destination."""
+    """Return the cases of a controller: its demonstrated movements, and grasps by plan.
+
+    From the start of each demonstration one movement goes to its own destination, and another to
+    that of the next demonstration.
+    """
     demonstrations = controller.demonstrations
-    starts, goals = {}, {}
+    starts: dict[str, Array] = {}
+    goals: dict[str, Array] = {}
     for i, one in enumerate(demonstrations):
         other = demonstrations[(i + 1) % len(demonstrations)]
         for name, goal in ((one.name, one.q_goal), (f"{one.name} to {other.name}", other.q_goal)):
@@ -81,48 +94,49 @@ def cases_for(controller: GraspController, plans: Mapping[str, GraspPlan] | None
     return Cases(starts, goals, dict(plans or {}))
 
 
-def answer(
+def run_cases(
     controller: GraspController,
-    questions: Cases,
+    cases: Cases,
     recordings: RecordingSet | None = None,
     conditions: Conditions | None = None,
     progress: Progress | None = None,
 ) -> Results:
-    """Have a controller answer.
+    """Run all cases with a controller.
 
     Parameters
     ----------
     controller
-    questions
+    cases
     recordings
-        If given, a controller is also learned from them with the same settings, and answers too.
+        If given, a controller is learned from them with the settings of ``controller``, and makes
+        all movements too.
     conditions
-        Of all grasps.
+        Of all grasps; nominal if left out.
     progress
         Called with the fraction done.
     """
     conditions = conditions or Conditions()
     traces: dict[str, Trace] = {}
     inputs = controller_inputs(controller)
-    for name in questions.starts:
-        traces[f"movement/{name}"] = _move(controller, questions, name)
+    for name in cases.starts:
+        traces[f"movement/{name}"] = _move(controller, cases, name)
     if recordings is not None:
         inputs |= recording_inputs(recordings)
         again = learn_like(controller, recordings)
-        for name in questions.starts:
-            traces[f"relearned/{name}"] = _move(again, questions, name)
-    for i, (name, plan) in enumerate(questions.plans.items()):
+        for name in cases.starts:
+            traces[f"relearned/{name}"] = _move(again, cases, name)
+    for i, (name, plan) in enumerate(cases.plans.items()):
         scene = Scene.build(task_by_name(name), conditions)
         inputs |= grasp_inputs(scene, plan)
         traces[f"grasp/{name}"] = _grasp(controller, scene, plan)
         if progress:
-            progress((i + 1) / len(questions.plans))
+            progress((i + 1) / len(cases.plans))
     return Results(traces, inputs)
 
 
-def _move(controller: GraspController, questions: Cases, name: str) -> Trace:
-    """Ask for one movement; a destination that it cannot have is an answer too."""
-    start, goal = questions.starts[name], questions.goals[name]
+def _move(controller: GraspController, cases: Cases, name: str) -> Trace:
+    """Make one movement; a destination that the controller refuses is a result too."""
+    start, goal = cases.starts[name], cases.goals[name]
     try:
         made = controller.postures(start, goal, rate=RATE)
     except InputError as error:

@@ -1,7 +1,7 @@
-"""Which arrays of a compiled model have a part in its physics, by what they mean.
+"""Arrays of a compiled model that take part in its physics, in groups.
 
-They are taken from the model itself, all but those that are left out here by name and for a
-reason, so that none is forgotten: what has no group of its own is among the others.
+All arrays of the model are taken, except those that `LEFT_OUT` names with a reason. An array that
+fits no group is in the group `OTHER`, so that none is forgotten.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.

@@ -21,30 +21,30 @@ SCHEMA = 2  # 1: plans as rows of numbers, versions instead of an environment; s
 _MAX_VALUE = 1000.0  # of angles [rad], times [s] and lengths [m]
 _PLAN_NUMBERS = 3 + 4 + 3 + 2 * N_JOINTS + 2
 _LENGTHS = {"palm_pos": 3, "palm_quat": 4, "retreat": 3, "q_start": N_JOINTS, "q_goal": N_JOINTS}
-"""Of the vectors of a plan."""
+"""Lengths of the vectors of a plan."""
 _SCALARS = tuple(each.name for each in fields(GraspPlan) if each.type is float)
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """Cases, the answers that were right, and why they were taken for right.
+    """Cases, their results, and why these results are taken for right.
 
     Attributes
     ----------
-    questions, outputs
-        What was asked, and what came.
+    cases, results
+        What was run, and what came of it.
     relearned
-        Whether a controller learned again was asked too.
+        Whether the movements were also made by a controller learned again.
     environment
-        In which the answers were made.
+        In which the results were made.
     handsim
         Version that made them.
     reasons
-        One for the record and each update since.
+        Why the results are right: one for the first record, and one for each update since.
     """
 
-    questions: Cases
-    outputs: Results
+    cases: Cases
+    results: Results
     relearned: bool
     environment: Environment
     handsim: str
@@ -57,25 +57,25 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
     Raises
     ------
     InputError
-        If an answer is no number: nothing could be compared with it.
+        If a result holds values that are not finite.
     """
-    for fault in not_numbers(baseline.outputs):
+    for fault in not_numbers(baseline.results):
         raise InputError(f"{path}: {fault}; no baseline can be made of it, nothing is written")
-    traces, questions = baseline.outputs.traces, baseline.questions
+    traces, cases = baseline.results.traces, baseline.cases
     arrays: dict[str, npt.NDArray[Any]] = {}
     for i, trace in enumerate(traces.values()):
         arrays[f"time_{i}"], arrays[f"q_{i}"] = trace.time, trace.q
-    arrays["starts"] = np.array(list(questions.starts.values())).reshape(-1, N_JOINTS)
-    arrays["goals"] = np.array(list(questions.goals.values())).reshape(-1, N_JOINTS)
+    arrays["starts"] = np.array(list(cases.starts.values())).reshape(-1, N_JOINTS)
+    arrays["goals"] = np.array(list(cases.goals.values())).reshape(-1, N_JOINTS)
     metadata = {
         "traces": [
             {"name": name, "verdict": trace.verdict, "measures": trace.measures}
             for name, trace in traces.items()
         ],
-        "movements": list(questions.starts),
-        "tasks": list(questions.plans),
-        "plans": [_plan_to_json(plan) for plan in questions.plans.values()],
-        "inputs": baseline.outputs.inputs,
+        "movements": list(cases.starts),
+        "tasks": list(cases.plans),
+        "plans": [_plan_to_json(plan) for plan in cases.plans.values()],
+        "inputs": baseline.results.inputs,
         "relearned": baseline.relearned,
         "environment": asdict(baseline.environment),
         "handsim": baseline.handsim,
@@ -90,8 +90,8 @@ def read_baseline(path: Path) -> Baseline:
     Raises
     ------
     FileError
-        If the file is missing, damaged, foreign or of a newer schema, or an answer in it is no
-        number or lacks its measures.
+        If the file is missing, damaged, foreign or of a newer schema, or a result in it is not
+        finite or lacks its measures.
     """
     metadata, arrays = read_archive(path, KIND, SCHEMA)
     try:
@@ -106,12 +106,12 @@ def read_baseline(path: Path) -> Baseline:
         from_stored = _plan_of_row if old else _plan_of_json
         known = dict(metadata["versions"] if old else metadata["environment"])
         return Baseline(
-            questions=Cases(
+            cases=Cases(
                 dict(zip(movements, starts, strict=True)),
                 dict(zip(movements, goals, strict=True)),
                 {task: from_stored(plan) for task, plan in zip(tasks, plans, strict=True)},
             ),
-            outputs=Results(
+            results=Results(
                 {
                     str(stored["name"]): _trace(stored, arrays[f"time_{i}"], arrays[f"q_{i}"])
                     for i, stored in enumerate(metadata["traces"])
@@ -148,7 +148,7 @@ def _trace(
 
 
 def _plan_to_json(plan: GraspPlan) -> dict[str, Any]:
-    """Return all fields of a plan; numbers in JSON come back as they were, to the bit."""
+    """Return all fields of a plan; JSON keeps every bit of a number."""
     values = {field.name: getattr(plan, field.name) for field in fields(plan)}
     palm = values.pop("palm")
     values |= {"palm_pos": palm.pos, "palm_quat": palm.quat}

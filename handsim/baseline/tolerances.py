@@ -1,4 +1,4 @@
-"""How far answers may move, and how far another environment may move them."""
+"""How far results may move, and how far another environment may move them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,12 +13,12 @@ MEASURES = {
     "hold_s": 0.02,
     "penetration_m": 0.0005,
 }
-"""How far what a grasp is judged by may move."""
+"""How far the measures of a grasp may move, in their own units."""
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How far answers may move.
+    """How far results may move.
 
     The defaults go by what `tests/benchmarks/environments.py` measures. From one BLAS kernel
     (Haswell, Sandybridge, Nehalem), thread count, SIMD of numpy or set of elementary functions to
@@ -62,19 +62,19 @@ class Tolerances:
             _check(name, value)
 
     def of_answer(self, name: str) -> float:
-        """Return the limit of an answer's joints, by its name [deg]."""
+        """Return the limit of the joints of a trace, by its name [deg]."""
         kind = name.partition("/")[0]
         return {"grasp": self.simulated_deg, "relearned": self.relearned_deg}.get(
             kind, self.replayed_deg
         )
 
     def of_measure(self, name: str) -> float:
-        """Return the limit of a measure; one that is not known may not move."""
+        """Return the limit of a measure; 0 for one that is not known."""
         return self.measures.get(name, MEASURES.get(name, 0.0))
 
 
 def _check(name: str, value: object) -> None:
-    if not isinstance(value, Real) or isinstance(value, bool):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(f"tolerance {name} of {value!r}; give a number, 0 or more")
     if not 0 <= float(value) < float("inf"):
         raise InputError(f"tolerance {name} of {float(value):g}; give a finite number, 0 or more")
@@ -92,6 +92,8 @@ ENVIRONMENT_LIMITS = Tolerances(
         "penetration_m": 0.001,
     },
 )
-"""How far answers of one controller may be apart for another environment to be the reason: what was
-measured between MuJoCo 4.0 and 3.17, rounded up to 1, 2 or 5 of the next decimal, and no less than
-twice what is tolerated; of movements, where nothing was, a tenth of a step of the glove."""
+"""How far another environment may move the results of one controller.
+
+These are the differences measured between MuJoCo 4.0 and 3.17, rounded up to 1, 2 or 5 of the next
+decimal, and at least twice the tolerances. Movements did not differ at all; they have a tenth of a
+step of the glove."""

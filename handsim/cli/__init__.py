@@ -66,7 +66,7 @@ def main() -> NoReturn:
     except HandsimError as error:
         sys.exit(_refuse(str(error)))
     except _UsageError as error:
-        sys.exit(_refuse(error.format_message()))  # pyright: ignore[reportAttributeAccessIssue]
+        sys.exit(_refuse(str(getattr(error, "format_message", error.__str__)())))
     except (typer.Abort, KeyboardInterrupt):
         sys.exit(130)
     except BrokenPipeError:

@@ -55,9 +55,9 @@ def record(
         )
     write_baseline(made, baseline)
     if json:
-        traces = made.outputs.traces
+        traces = made.results.traces
         say_json({"answers": {name: trace.verdict for name, trace in traces.items()}})
-    note(f"recorded {len(made.outputs.traces)} answers, {len(plans)} of them grasps, to {baseline}")
+    note(f"recorded {len(made.results.traces)} answers, {len(plans)} of them grasps, to {baseline}")
 
 
 @app.command()
@@ -108,27 +108,27 @@ def check(
     path = baseline or data_folder("assets") / "baseline.npz"
     kept = read_baseline(path)
     if update is not None:
-        updated(kept, kept.outputs, update)  # refuses an empty reason before the work
+        updated(kept, kept.results, update)  # refuses an empty reason before the work
     learned = controller_or_built_in(controller)
     conditions = Conditions() if friction is None else Conditions(friction=friction)
     source = _recordings(controller, recordings) if kept.relearned else None
     with fraction_done("checking") as progress:
-        report, outputs = check_baseline(
+        report, results = check_baseline(
             kept, learned, source, conditions, tolerances, ignore_inputs, progress
         )
     if html is not None:
         from handsim.baseline.html_page import write_page
 
-        write_page(html, kept, outputs, report)
+        write_page(html, kept, results, report)
     if json:
         say_json(report.as_json())
     else:
         say(report.as_text())
     if update is not None:
-        for fault in not_numbers(outputs):
+        for fault in not_numbers(results):
             note(f"handsim: {fault}; {path} stays as it was")
             raise typer.Exit(1)
-        write_baseline(updated(kept, outputs, update), path)
+        write_baseline(updated(kept, results, update), path)
         note(f"updated {path}")
     elif not report.ok:
         raise typer.Exit(1)

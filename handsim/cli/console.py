@@ -1,13 +1,13 @@
-"""What commands write: results to standard output, progress to a terminal."""
+"""Output of commands: results on standard output, progress and notes on standard error."""
 
 import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, cast
 
 import typer
 
@@ -16,7 +16,7 @@ from handsim.types import Progress
 T = TypeVar("T")
 
 MAX_JOBS = 256
-"""Processes at once that may be asked for; each takes 200 MB."""
+"""Largest number of processes; each takes 200 MB."""
 
 JsonFlag = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Folder = Annotated[
@@ -35,21 +35,22 @@ def say(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """Write a line about the work, which is no result and is done without where it must be."""
+    """Write a line about the work to standard error; where that is closed, it is dropped."""
     with suppress(OSError):
         sys.stderr.write(text + "\n")
 
 
 def say_json(value: Any) -> None:
-    """Write one JSON object; numbers that are not finite become null, as JSON has none."""
+    """Write one JSON object; numbers that are not finite become null."""
     say(json.dumps(_finite(value), indent=2, allow_nan=False))
 
 
 def _finite(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(key): _finite(item) for key, item in value.items()}
+        entries = cast("dict[object, object]", value).items()
+        return {str(key): _finite(item) for key, item in entries}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [_finite(item) for item in cast("Sequence[object]", value)]
     if hasattr(value, "item") and getattr(value, "ndim", 1) == 0:  # numpy scalars
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):
@@ -73,8 +74,8 @@ def say_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
 
 
 @contextmanager
-def _output() -> Iterator[None]:
-    """Name what cannot be written."""
+def _output() -> Generator[None, None, None]:
+    """Turn failures to write to standard output into a `FileError`."""
     from handsim.errors import FileError
 
     try:
@@ -83,7 +84,7 @@ def _output() -> Iterator[None]:
         raise
     except OSError as error:
         with suppress(OSError):
-            sys.stdout.close()  # what is left in it would be tried again at the end
+            sys.stdout.close()  # or Python would try to write the rest when it ends
         raise FileError(
             f"standard output: cannot be written ({error.strerror}); free some space where it "
             "leads, or lead it elsewhere"
@@ -102,8 +103,8 @@ def progress(items: Sequence[T], label: str) -> Iterator[T]:
 
 
 @contextmanager
-def fraction_done(label: str) -> Iterator[Progress | None]:
-    """Give a function to call with the fraction done, which draws a bar on a terminal."""
+def fraction_done(label: str) -> Generator[Progress | None, None, None]:
+    """Give a function that draws the fraction done as a bar; None where there is no terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -116,17 +117,17 @@ def fraction_done(label: str) -> Iterator[Progress | None]:
 
 
 def check_gl(*, draws: bool = False) -> None:
-    """Refuse a MUJOCO_GL with which not even MuJoCo's import would succeed.
+    """Check MUJOCO_GL before MuJoCo is imported, which fails with some values.
 
     Parameters
     ----------
     draws
-        Refuse one that cannot be rendered with, too.
+        Check that it can be rendered with, too.
 
     Raises
     ------
     UnknownNameError, MissingToolError, RenderingError
-        If it says nothing that MuJoCo takes, or names a backend that is not installed.
+        If MuJoCo does not know the value, or it names a backend that is not installed.
     """
     if not os.environ.get("MUJOCO_GL"):
         return

@@ -1,4 +1,4 @@
-"""What commands use where a folder or a file is left out."""
+"""Controllers, recordings and plans that commands use where none are named."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,7 +28,7 @@ def controller_or_built_in(path: Path | None) -> GraspController:
 
 
 def plan_folder(controller: Path | None) -> Path:
-    """Return where the plans of a controller are kept: beside it, or with the package."""
+    """Return the folder of the plans of a controller: beside it, or in the package."""
     if controller is None:
         return data_folder("assets") / "plans"
     return controller.with_suffix(".plans")
@@ -37,11 +37,11 @@ def plan_folder(controller: Path | None) -> Path:
 def planning_grasper(
     path: Path | None, conditions: "Conditions", *, replay: bool = False
 ) -> "ControllerGrasper":
-    """Return what grasps with a controller by plans that are kept.
+    """Return a grasper that uses and stores the plans of a controller.
 
-    Its plans are looked for beside it, then among the built-in ones: a controller learned elsewhere
-    from the built-in experiments is the built-in controller (`GraspController.digest`). For any
-    other, the built-in plans are hints.
+    Plans are looked up beside the controller, then among the built-in ones, since a controller
+    learned elsewhere from the built-in experiments equals the built-in one
+    (`GraspController.digest`). For any other controller, searches begin with the built-in plans.
     """
     from handsim.cli.console import note
     from handsim.grasping.planning.grasper import ControllerGrasper
@@ -59,30 +59,30 @@ def planning_grasper(
 def grasper_without(
     name: str, path: Path | None, folder: Path | None, conditions: "Conditions"
 ) -> "ControllerGrasper":
-    """Return what grasps with a controller learned again without the recordings of an object.
+    """Return a grasper with a controller learned again without the recordings of an object.
 
-    A controller file does not hold its recordings, so that they have to be named, unless they are
-    the built-in ones. Plans are kept where those of the whole controller are. No plan is taken as
-    a hint: those of others have seen the object.
+    A controller file does not hold its recordings, which therefore have to be named unless they are
+    the built-in ones. Plans are stored where those of the whole controller are. Searches begin with
+    no plan of another controller, since that one was learned with the object.
 
     Parameters
     ----------
     name
         The object.
     path
-        The whole controller, which says how to learn. None is the built-in one, or, where
-        recordings are given, one learned from them with the usual settings.
+        The whole controller, whose settings are used. None is the built-in one; where recordings
+        are given, None is one learned from them with the default settings.
     folder
-        The recordings it was learned from; by default the built-in ones.
+        The recordings of the whole controller; by default the built-in ones.
     conditions
-        Their hand is planned for.
+        With the hand that grasps.
 
     Raises
     ------
     InputError
-        If the controller was not learned from these recordings, or none are left.
+        If the controller was not learned from these recordings, or if none are left.
     UnknownNameError
-        If none is of that object.
+        If no recording is of that object.
     """
     from handsim.cli.console import note
     from handsim.grasping.planning.grasper import ControllerGrasper, without_object

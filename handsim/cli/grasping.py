@@ -21,7 +21,7 @@ from handsim.cli.console import (
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
-    from handsim.grasping.judging.protocols import JudgedRun, JudgedTask
+    from handsim.grasping.judging.protocols import RunVerdict, TaskVerdict
     from handsim.grasping.planning.grasper import Grasper
     from handsim.grasping.rollout.record import Rollout
     from handsim.tasks.task import Task
@@ -73,7 +73,7 @@ def grasp(
     check_gl()
 
     from handsim.cli.defaults import hand_size
-    from handsim.grasping.judging.protocols import JudgedTask, judge_runs, summarise
+    from handsim.grasping.judging.protocols import TaskVerdict, judge_runs, summarise
 
     tasks = _tasks(task, leave_out)
     conditions = _conditions(hand_size(hand_length, hand_breadth, side), seed, friction)
@@ -84,7 +84,7 @@ def grasp(
     judged = judge_runs(grasper, tasks, conditions, trials, protocol=protocol, n_jobs=jobs)
     runs = _kept(judged, output, len(tasks) * (1 + trials))
     results = [
-        JudgedTask(each, tuple(run for _, run in of_task))
+        TaskVerdict(each, tuple(run for _, run in of_task))
         for each, of_task in groupby(runs, key=lambda pair: pair[0])
     ]
     if json and task != "all":
@@ -154,8 +154,8 @@ def _grasper(
 
 
 def _kept(
-    judged: "Iterator[tuple[Task, JudgedRun, Rollout]]", folder: Path | None, n_runs: int
-) -> "Iterator[tuple[Task, JudgedRun]]":
+    judged: "Iterator[tuple[Task, RunVerdict, Rollout]]", folder: Path | None, n_runs: int
+) -> "Iterator[tuple[Task, RunVerdict]]":
     """Write each run's rollout, if asked to, say how far it is, and pass on the judgement."""
     from handsim.grasping.rollout_file import write_rollout
 
@@ -173,7 +173,7 @@ def _left_out(name: str | None) -> dict[str, str]:
     return {} if name is None else {"left_out": name}
 
 
-def _show(results: "list[JudgedTask]") -> None:
+def _show(results: "list[TaskVerdict]") -> None:
     if results[0].nominal.hard is None:
         say_table(
             ("task", "nominal", "lift [m]", "slip [mm]", "tilt [deg]", "hold [s]", "epsilon",
@@ -192,7 +192,7 @@ def _show(results: "list[JudgedTask]") -> None:
             note(f"{result.task.name}: {result.nominal.outcome.detail}")
 
 
-def _lift_row(result: "JudgedTask") -> tuple[str, ...]:
+def _lift_row(result: "TaskVerdict") -> tuple[str, ...]:
     outcome = result.nominal.outcome
     return (
         result.task.name,
@@ -206,7 +206,7 @@ def _lift_row(result: "JudgedTask") -> tuple[str, ...]:
     )
 
 
-def _six_axis_row(result: "JudgedTask") -> tuple[str, ...]:
+def _six_axis_row(result: "TaskVerdict") -> tuple[str, ...]:
     """Reason under both settings; the largest movements under the usual one."""
     run = result.nominal
     assert run.six_axis is not None and run.hard is not None
@@ -221,5 +221,5 @@ def _six_axis_row(result: "JudgedTask") -> tuple[str, ...]:
     )
 
 
-def _trials(result: "JudgedTask") -> str:
+def _trials(result: "TaskVerdict") -> str:
     return f"{result.successes} of {len(result.trials)}" if result.trials else ""

@@ -65,7 +65,7 @@ def figures(
     learned, recordings = controller_or_built_in(controller), recordings_or_built_in(folder)
     choose_backend()
 
-    from handsim.viewing.figures.figures import make_figures
+    from handsim.viewing.figures.paper_figures import make_figures
 
     output.mkdir(exist_ok=True)
     with fraction_done("drawing") as progress:

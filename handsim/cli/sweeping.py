@@ -1,6 +1,6 @@
 """`handsim sweep`: many grasps into one table."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -72,8 +72,8 @@ def sweep(
         before = len(table)
         note(f"{before} of {spec.n_runs} runs are in {output}")
         graspers = SweepGraspers(spec, sources, table)
-        if graspers.unplanned:
-            note(f"planning {len(graspers.unplanned)} grasps, which takes a while and is kept")
+        if graspers.n_unplanned:
+            note(f"planning {graspers.n_unplanned} grasps, which takes a while and is kept")
             with fraction_done("planning") as done:
                 graspers.plan(pool, done)
         with fraction_done("grasping") as done:
@@ -111,12 +111,12 @@ def _source(name: str, file: Path) -> "Source":
     from handsim.grasping.sweep.spec import BUILT_IN, DEMONSTRATOR
 
     if name == DEMONSTRATOR:
-        return _script()
+        return _demonstrator()
     path = None if name == BUILT_IN else file.parent / name
     return Source(controller_or_built_in(path).digest, partial(planning_grasper, path))
 
 
-def _script() -> "Source":
+def _demonstrator() -> "Source":
     from hashlib import sha256
 
     from handsim.grasping.planning.demonstrator import demonstrate
@@ -130,7 +130,7 @@ def _script() -> "Source":
 
 
 @contextmanager
-def _pool(jobs: int | None, dask: str | None) -> "Iterator[Pool]":
+def _pool(jobs: int | None, dask: str | None) -> "Generator[Pool, None, None]":
     from handsim.grasping.pool import dask_cluster, processes
 
     if dask is None:

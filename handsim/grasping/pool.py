@@ -1,32 +1,36 @@
-"""Do many jobs at once, on this machine or on a Dask cluster, whatever becomes of single workers.
+"""Do many jobs at once, in processes of this machine or on a Dask cluster.
 
-A pool is called with a job and with its arguments by key, and yields keys and results as they
-come. What a killed worker was doing is done again.
+A pool is a function. It is called with a job and with the job's arguments by key, and yields keys
+and results as they come. When a process is killed, its job is done again.
 """
 
-import logging
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager
+import os
+import pickle
+import signal
+import traceback
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
 from itertools import islice
-from typing import Any
+from multiprocessing import get_context
+from multiprocessing.connection import Connection, wait
+from typing import Any, cast
 
-from handsim.errors import HandsimError, InputError, MissingToolError
+from handsim.errors import HandsimError, InputError, MissingToolError, quiet_logs
 
 Job = Callable[..., Any]
-Arguments = Iterable[tuple[Any, tuple[Any, ...]]]
-"""Keys, each with the arguments for the job."""
+Keyed = tuple[Any, tuple[Any, ...]]
+"""A key, and the arguments of a job."""
+Arguments = Iterable[Keyed]
 Pool = Callable[[Job, Arguments], Iterator[tuple[Any, Any]]]
 
 INSTALL = "pip install 'handsim[cluster]'"
 AHEAD = 2
-"""How many jobs are handed out for each that can be done at once."""
+"""Jobs handed out to a cluster for each thread of its workers."""
 TRIES = 3
-"""How often in a row a pool of processes may break without a single result."""
+"""How often a job that kills its process is tried alone before it is given up."""
 WAIT = 30.0
-"""For a scheduler, and for its first worker [s]."""
-IDLE = 30
-"""After which a process that has nothing to do ends, as it does when its driver is gone [s]."""
+"""How long to wait for a scheduler, and for its first worker [s]."""
 _ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
 
 
@@ -37,7 +41,7 @@ def one_by_one(job: Job, arguments: Arguments) -> Iterator[tuple[Any, Any]]:
 
 
 def in_order(pool: Pool, job: Job, arguments: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
-    """Do a job for each tuple of arguments and yield the results in their order, as they come."""
+    """Do a job for each tuple of arguments and yield the results in the order of the arguments."""
     waiting: dict[int, Any] = {}
     following = 0
     for number, result in pool(job, enumerate(arguments)):
@@ -48,63 +52,178 @@ def in_order(pool: Pool, job: Job, arguments: Iterable[tuple[Any, ...]]) -> Iter
 
 
 def processes(n_jobs: int) -> Pool:
-    """Return a pool of processes on this machine.
+    """Return a pool of ``n_jobs`` processes on this machine.
 
-    Processes that are killed, by the system for want of memory for instance, are replaced. What
-    they were doing is done again at the end, job by job, so that a job that kills its process
-    keeps no other from being done; the pool raises `HandsimError` when it does so again and again.
+    A process does one job at a time, so that a killed process loses that job alone. The system
+    kills processes for want of memory, for instance. A lost job is done again when all others are
+    done, with no other beside it. Where it kills its process `TRIES` times then, the pool raises
+    `HandsimError` after its last result. It raises at once where processes are killed `TRIES`
+    times each without a single result in between.
+
+    The processes are started afresh (``spawn``) and import the main script, whose work must
+    therefore stand under ``if __name__ == "__main__":``. Jobs and results are pickled. When the
+    caller stops asking for results, all processes are killed.
     """
-    if n_jobs == 1:
-        return one_by_one
-
-    def pool(job: Job, arguments: Arguments) -> Iterator[tuple[Any, Any]]:
-        lost: list[tuple[Any, tuple[Any, ...]]] = []
-        yield from _in_processes(job, arguments, n_jobs, AHEAD * n_jobs, lost)
-        for each in lost:
-            again = [each]
-            for _ in range(TRIES):
-                retried, again = again, []
-                yield from _in_processes(job, retried, n_jobs, 1, again)
-            if again:
-                raise _killed()
-
-    return pool
+    return one_by_one if n_jobs == 1 else partial(_in_processes, n_jobs)
 
 
-def _in_processes(
-    job: Job, arguments: Arguments, n_jobs: int, ahead: int, lost: list[tuple[Any, tuple[Any, ...]]]
-) -> Iterator[tuple[Any, Any]]:
-    """Do each job once, ``ahead`` of them handed out; add those to ``lost`` that were killed."""
-    # Of joblib's own pool, not through its Parallel: a result that is there stays when others are
-    # lost.
-    from joblib.externals.loky import get_reusable_executor
-    from joblib.externals.loky.process_executor import BrokenProcessPool
-
-    waiting = iter(arguments)
-    begun: dict[Future[Any], tuple[Any, tuple[Any, ...]]] = {}
-    breaks = 0
+def _in_processes(n_jobs: int, job: Job, arguments: Arguments) -> Iterator[tuple[Any, Any]]:
+    workers = _Workers()
     try:
-        while True:
-            # A pool that broke is replaced here.
-            executor = get_reusable_executor(n_jobs, timeout=IDLE, env=_ONE_THREAD)
-            for key, values in islice(waiting, ahead - len(begun)):
-                begun[executor.submit(job, *values)] = (key, values)
-            if not begun:
-                return
-            done = wait(begun, return_when=FIRST_COMPLETED).done
-            killed = [
-                future for future in done if isinstance(future.exception(), BrokenProcessPool)
-            ]
-            lost += [begun.pop(future) for future in killed]
-            for future in done.difference(killed):
-                breaks = 0
-                yield begun.pop(future)[0], future.result()
-            breaks += bool(killed)
-            if breaks == TRIES and ahead > 1:
-                raise _killed()
+        lost: list[Keyed] = []
+        yield from workers.do(job, arguments, n_jobs, lost)
+        workers.kill()  # so that what is done alone has their memory as well
+        given_up = False
+        for each in lost:
+            again: list[Keyed] = [each]
+            for _ in range(TRIES):
+                retried = again
+                again = []
+                yield from workers.do(job, retried, 1, again)
+            given_up = given_up or bool(again)
+        if given_up:
+            raise _killed()
     finally:
-        if begun:  # interrupted
-            get_reusable_executor(n_jobs, timeout=IDLE, env=_ONE_THREAD).shutdown(kill_workers=True)
+        workers.kill()
+
+
+class _Workers:
+    """Processes, each of which does one job at a time."""
+
+    def __init__(self) -> None:
+        self._idle: list[_Worker] = []
+        self._busy: dict[Connection, tuple[_Worker, Keyed]] = {}
+
+    def do(
+        self,
+        job: Job,
+        arguments: Arguments,
+        n_at_once: int,
+        lost: list[Keyed],
+    ) -> Iterator[tuple[Any, Any]]:
+        """Do each job once and yield the results; add those that were killed to ``lost``."""
+        waiting = iter(arguments)
+        n_killed = 0
+        self._begin(job, list(islice(waiting, n_at_once)))
+        while self._busy:
+            answers: list[tuple[Any, bytes]] = []
+            for connection in cast("list[Connection]", wait(list(self._busy))):
+                worker, (key, values) = self._busy.pop(connection)
+                try:
+                    answers.append((key, connection.recv_bytes()))
+                    self._idle.append(worker)
+                except (EOFError, OSError):
+                    worker.check_started()
+                    lost.append((key, values))
+                    n_killed += 1
+            if answers:
+                n_killed = 0
+            elif n_killed >= TRIES * n_at_once > TRIES:
+                raise _killed()
+            # Before the results are looked at, which takes its time.
+            self._begin(job, list(islice(waiting, n_at_once - len(self._busy))))
+            for key, answer in answers:
+                result, error = pickle.loads(answer)
+                if error is not None:
+                    raise error
+                yield key, result
+
+    def _begin(self, job: Job, arguments: list[Keyed]) -> None:
+        """Give each of these jobs to a process that has none."""
+        # All start before the first is spoken to, since that one has to be waited for.
+        while len(self._idle) < len(arguments):
+            self._idle.append(_Worker())
+        for key, values in arguments:
+            worker = self._idle.pop()
+            self._busy[worker.connection] = worker, (key, values)
+            worker.give(job, values)
+
+    def kill(self) -> None:
+        """End all processes, whatever they are doing."""
+        for worker in (*self._idle, *(worker for worker, _ in self._busy.values())):
+            worker.kill()
+        self._idle.clear()
+        self._busy.clear()
+
+
+class _Worker:
+    """A process, seen from the one that started it."""
+
+    def __init__(self) -> None:
+        context = get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self._process = context.Process(target=_work, args=(theirs,), daemon=True)
+        with _environment(_ONE_THREAD):  # which libraries read when they are loaded
+            self._process.start()
+        theirs.close()
+
+    def give(self, job: Job, values: tuple[Any, ...]) -> None:
+        """Give it a job; its answer comes by the connection."""
+        asked = pickle.dumps((job, values), pickle.HIGHEST_PROTOCOL)
+        with suppress(OSError):  # it was killed: so its connection has ended, which is seen there
+            self.connection.send_bytes(asked)
+
+    def check_started(self) -> None:
+        """Check that a process which has ended was killed.
+
+        Raises
+        ------
+        HandsimError
+            If it ended by an error before it could take a job.
+        """
+        self._process.join()
+        code = self._process.exitcode
+        self.kill()
+        if code == 1:
+            raise HandsimError(
+                "a worker process ended with an error as it started (exit code 1, see above); in a "
+                "script, put what starts workers under: if __name__ == '__main__':"
+            )
+
+    def kill(self) -> None:
+        """End the process."""
+        self.connection.close()
+        self._process.kill()
+        self._process.join()
+
+
+def _work(connection: Connection) -> None:
+    """Do jobs as they come, until the process that gives them is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that gives the jobs decides
+    with suppress(EOFError, OSError):
+        while True:
+            connection.send_bytes(_answer(connection.recv_bytes()))
+
+
+def _answer(asked: bytes) -> bytes:
+    """Do a pickled job and return its result and None, or None and its error, pickled."""
+    try:
+        job, values = pickle.loads(asked)
+        return pickle.dumps((job(*values), None), pickle.HIGHEST_PROTOCOL)
+    except BaseException as error:
+        told = "".join(traceback.format_exception(error))
+        error.add_note(f"In a worker process:\n{told}")
+        try:
+            answer = pickle.dumps((None, error))
+            pickle.loads(answer)
+        except Exception:
+            return pickle.dumps((None, RuntimeError(told)))
+        return answer
+
+
+@contextmanager
+def _environment(changes: dict[str, str]) -> Generator[None, None, None]:
+    """Change environment variables for a while."""
+    before = {name: os.environ.get(name) for name in changes}
+    os.environ.update(changes)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _killed() -> HandsimError:
@@ -115,11 +234,11 @@ def _killed() -> HandsimError:
 
 
 @contextmanager
-def dask_cluster(address: str) -> Iterator[Pool]:
+def dask_cluster(address: str) -> Generator[Pool, None, None]:
     """Connect to a Dask scheduler and give a pool of its workers.
 
-    The scheduler does again what a lost worker was doing. Jobs carry all that they need, so that
-    workers share no files with this machine.
+    The scheduler repeats the jobs of a lost worker. Jobs contain all that they need: workers need
+    no files of this machine.
 
     Parameters
     ----------
@@ -146,7 +265,7 @@ def dask_cluster(address: str) -> Iterator[Pool]:
             f"no Dask scheduler answers at '{address}'; start one (dask scheduler) and give its "
             "address, such as tcp://10.0.0.1:8786"
         ) from error
-    with _quiet("distributed", "distributed.client"), client:
+    with quiet_logs("distributed", "distributed.client"), client:
         try:
             client.wait_for_workers(1, timeout=WAIT)
         except TimeoutError as error:
@@ -157,19 +276,6 @@ def dask_cluster(address: str) -> Iterator[Pool]:
         yield lambda job, arguments: _on_cluster(client, job, arguments)
 
 
-@contextmanager
-def _quiet(*loggers: str) -> Iterator[None]:
-    """Keep loggers from telling with a traceback what is told in one line."""
-    kept = {name: logging.getLogger(name).level for name in loggers}
-    for name in loggers:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    try:
-        yield
-    finally:
-        for name, level in kept.items():
-            logging.getLogger(name).setLevel(level)
-
-
 def _on_cluster(client: Any, job: Job, arguments: Arguments) -> Iterator[tuple[Any, Any]]:
     """Keep the workers busy, a few jobs ahead, and yield what is done."""
     from distributed import as_completed
@@ -177,10 +283,11 @@ def _on_cluster(client: Any, job: Job, arguments: Arguments) -> Iterator[tuple[A
     from distributed.comm.core import CommClosedError
     from distributed.scheduler import KilledWorker
 
-    waiting, keys = iter(arguments), {}
+    waiting = iter(arguments)
+    keys: dict[Any, Any] = {}
 
     def submit() -> list[Any]:
-        """Hand out more; how many workers there are changes."""
+        """Hand out more jobs; the number of workers may have changed."""
         ahead = AHEAD * max(1, sum(client.nthreads().values()))
         jobs = list(islice(waiting, max(1, ahead - len(keys))))
         begun = {client.submit(job, *values, pure=False): key for key, values in jobs}

@@ -1,12 +1,18 @@
-"""What an archive must hold to be a controller: finite numbers that belong together."""
+"""What an archive must hold to be a controller, and what is restored of it.
+
+An archive holds finite numbers that belong together; `check_content` refuses all others.
+"""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from handsim.joints import N_JOINTS
+from handsim.learning.base import plain
+from handsim.learning.demonstration import Demonstration
+from handsim.learning.options import check_options, is_foreign
 from handsim.learning.timing import check_duration
 
 MAX_VALUE = 1e6
@@ -37,6 +43,36 @@ def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
     if "metric_reach" in metadata:
         _check_metric(n, metadata["metric_reach"], arrays)
     _check_demonstrations(n, metadata["demonstrations"], arrays)
+
+
+def stored_demonstrations(metadata: Mapping[str, Any], arrays: Arrays) -> tuple[Demonstration, ...]:
+    """Restore demonstrations from the metadata and arrays of a controller's file."""
+    vectors = ("q_start", "q_goal", "z_start", "z_goal")
+    return tuple(
+        Demonstration(**record, **{name: arrays[name][i] for name in vectors})
+        for i, record in enumerate(metadata["demonstrations"])
+    )
+
+
+def stored_options(metadata: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of the learner, as far as the schema of the file holds them.
+
+    Those of a learner of another package are not checked: only that package knows them.
+
+    Raises
+    ------
+    UnknownNameError, InputError
+        As `check_options`.
+    """
+    method, options = metadata["method"], dict(metadata.get("options", {}))
+    if is_foreign(method):
+        return plain(options)
+    kept: dict[str, Any] = {"k": float(metadata["k"])}
+    if method == "direction":
+        kept["certified"] = bool(metadata["certified"])
+        if metadata["schema"] == 1:
+            kept |= {"metric_ridge": None, "averaging": 0.0}
+    return check_options(method, kept | options)
 
 
 def _check_shape(name: str, arrays: Arrays, *shape: int) -> None:
@@ -88,16 +124,17 @@ def _check_metric(n: int, reach: Any, arrays: Arrays) -> None:
 def _check_demonstrations(n: int, records: Any, arrays: Arrays) -> None:
     if not isinstance(records, list) or not records:
         raise ValueError("no demonstrations")
+    rows = cast(list[Any], records)
     for name, length in (
         ("q_start", N_JOINTS), ("q_goal", N_JOINTS), ("z_start", n), ("z_goal", n)
     ):  # fmt: skip
-        _check_shape(name, arrays, len(records), length)
+        _check_shape(name, arrays, len(rows), length)
     mean, components = arrays["subspace_mean"], arrays["subspace_components"]
     for end in ("start", "goal"):
         z = (arrays[f"q_{end}"] - mean) @ components.T
         if np.abs(z - arrays[f"z_{end}"]).max() > _ACCURACY:
             raise ValueError(f"z_{end} are not the projections of q_{end}")
-    for record in records:
+    for record in rows:
         for name in ("name", "task", "object"):
             if not isinstance(record[name], str):
                 raise TypeError(f"{name} {record[name]!r} is not text")

@@ -1,4 +1,4 @@
-"""Certify a controller; where that fails, say what traps it and where."""
+"""Certify a controller; where that fails, find the minima in which its flow ends."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ def certification(
     per_dimension: int = 5,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Certify a controller; where that fails, look for what traps it.
+    """Certify a controller; where that fails, search for minima other than the destinations.
 
     Parameters
     ----------

@@ -13,9 +13,12 @@ from handsim.digests import content_digest
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import N_JOINTS, clip_to_range
-from handsim.learning._stored_controller import check_content
-from handsim.learning.demonstration import Demonstration, stored_demonstrations
-from handsim.learning.options import Method, check_options
+from handsim.learning._stored_controller import (
+    check_content,
+    stored_demonstrations,
+    stored_options,
+)
+from handsim.learning.demonstration import Demonstration
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
@@ -63,20 +66,21 @@ class GraspController:
     demonstrations
         One for each recording it was learned from.
     method
-        Name of the learner.
+        Name of the learner: ``direction`` or ``pde``, or for a learner of another package the
+        module and name of its class.
     certified
         Whether it was learned with the descent condition as a constraint.
     options
-        All options and the seed of the learner (`options`). Files of earlier versions do not know
-        them all; those that are missing were the usual ones.
+        All options and the seed of the learner (`options`). Files of earlier versions do not hold
+        them all; those that are missing had their default values.
     """
 
     subspace: PostureSubspace
     navigation: NavigationFunction
     demonstrations: tuple[Demonstration, ...]
-    method: Method = "direction"
+    method: str = "direction"
     certified: bool = False
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def __eq__(self, other: object) -> bool:
         """Whether both do the same."""
@@ -202,10 +206,11 @@ class GraspController:
     def _timed_by_gradient(
         self, path: FlowPath, goal: Array, duration: float, rate: float
     ) -> tuple[Array, Array]:
-        """Give a path the time it takes at the speed |grad phi|, dt = ds / |grad phi|.
+        """Return times and points (m, n) of a path that is passed at the speed of the paper.
 
-        The speed falls to zero at the destination, which is reached after infinite time: an
-        arriving path ends one step before it.
+        u = -grad phi, Eq. (1), so that dt = ds / |grad phi|. All times are then scaled by one
+        factor to end at ``duration``. The speed falls to zero at the destination, which is reached
+        after infinite time: a path that arrives ends one step before it.
         """
         points = path.points[:-1] if path.arrived and len(path.points) > 2 else path.points
         speed = np.linalg.norm(self.navigation.jets(points, goal, 1)[1], axis=1)
@@ -215,7 +220,7 @@ class GraspController:
         time = np.append(0.0, np.cumsum(np.diff(arc_length(points)) * slowness))
         time *= duration / max(time[-1], np.finfo(float).tiny)
         even = _frame_times(duration, rate)
-        return even, np.column_stack([np.interp(even, time, column) for column in points.T])
+        return even, _interpolated(even, time, points)
 
     @cached_property
     def digest(self) -> str:
@@ -252,7 +257,7 @@ class GraspController:
                 demonstrations=stored_demonstrations(metadata, arrays),
                 method=metadata["method"],
                 certified=bool(metadata["certified"]),
-                options=_options_of(metadata),
+                options=stored_options(metadata),
             )
         except InputError as error:
             raise FileError(f"{path}: {error}") from error
@@ -300,7 +305,13 @@ def _timed_naturally(points: Array, duration: float, rate: float) -> tuple[Array
     time = _frame_times(duration, rate)
     length = arc_length(points)
     covered = minimum_jerk(time, duration) * length[-1]
-    return time, np.column_stack([np.interp(covered, length, column) for column in points.T])
+    return time, _interpolated(covered, length, points)
+
+
+def _interpolated(x: Array, known: Array, points: Array) -> Array:
+    """Return points (m, n) at ``x`` (m,) between points (N, n) at ``known`` (N,), increasing."""
+    columns: list[Array] = list(points.T)
+    return np.column_stack([np.interp(x, known, column) for column in columns])
 
 
 def _frame_times(duration: float, rate: float) -> Array:
@@ -323,13 +334,3 @@ def _navigation_of(
         reach = float(metadata["metric_reach"])
         metric = DestinationMetric(arrays["metric_centres"], arrays["metric_logs"], reach)
     return NavigationFunction(obstacle, float(metadata["k"]), metric)
-
-
-def _options_of(metadata: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options a file tells of, as far as it does."""
-    kept: dict[str, Any] = {"k": float(metadata["k"])}
-    if metadata["method"] == "direction":
-        kept["certified"] = bool(metadata["certified"])
-        if metadata["schema"] == 1:
-            kept |= {"metric_ridge": None, "averaging": 0.0}
-    return check_options(metadata["method"], kept | dict(metadata.get("options", {})))

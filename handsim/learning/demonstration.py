@@ -1,10 +1,6 @@
-"""What recordings leave in a controller: both ends of each movement, and how long it took."""
+"""What a controller keeps of each recording: both ends of the movement, and its duration."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
-
-import numpy.typing as npt
 
 from handsim.learning.subspace import PostureSubspace
 from handsim.recordings.folder import RecordingSet
@@ -13,7 +9,7 @@ from handsim.types import Array
 
 @dataclass(frozen=True)
 class Demonstration:
-    """What a recording leaves in the controller.
+    """What a controller keeps of one recording.
 
     Attributes
     ----------
@@ -57,15 +53,4 @@ def demonstrations_of(
             duration=r.duration,
         )
         for r in recordings
-    )
-
-
-def stored_demonstrations(
-    metadata: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
-) -> tuple[Demonstration, ...]:
-    """Restore demonstrations from the metadata and arrays of a controller's file."""
-    vectors = ("q_start", "q_goal", "z_start", "z_goal")
-    return tuple(
-        Demonstration(**record, **{name: arrays[name][i] for name in vectors})
-        for i, record in enumerate(metadata["demonstrations"])
     )

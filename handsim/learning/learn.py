@@ -1,17 +1,25 @@
 """From recordings to a controller, in one call."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from time import perf_counter
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from handsim.errors import InputError
+from handsim.learning.base import Learner
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
-from handsim.learning.options import Method, learner_with, options_of
+from handsim.learning.options import (
+    Method,
+    Options,
+    is_foreign,
+    learner_with,
+    method_of,
+    options_of,
+)
 from handsim.learning.pde.learner import PDELearner
 from handsim.learning.subspace import PostureSubspace
-from handsim.navigation.function import check_exponent
 from handsim.recordings.folder import RecordingSet
 from handsim.types import Progress
 
@@ -25,7 +33,8 @@ class Learned(NamedTuple):
     summary
         ``method, n_recordings, n_components, variance_explained, n_coefficients, iterations,
         seconds, cost_start, cost_end, certified, options``; for ``pde`` also ``positive`` and
-        ``closed``, whether Eqs. (4) and (5) of the paper hold.
+        ``closed``, whether Eqs. (4) and (5) of the paper hold. None stands for what a learner of
+        another package does not say.
     """
 
     controller: GraspController
@@ -35,7 +44,7 @@ class Learned(NamedTuple):
 def learn_controller(
     recordings: RecordingSet,
     n_components: int = 3,
-    method: Method = "direction",
+    method: Method | Learner = "direction",
     k: float | None = None,
     certified: bool = False,
     seed: int = 0,
@@ -51,7 +60,7 @@ def learn_controller(
     n_components
         Dimensions of the subspace, 1 to 5.
     method
-        ``direction`` (default) or ``pde``, the paper's.
+        ``direction`` (default) or ``pde``, the paper's; or a learner, which is then fitted.
     k
         Exponent, at least 2; by default 4 for ``direction`` and 2 for ``pde``.
     certified
@@ -61,46 +70,47 @@ def learn_controller(
     progress
         Called with the fraction done.
     options
-        Further options of the learner (`DirectionLearner`, `PDELearner`), by name. They stand
-        above ``k``, ``certified`` and ``seed``.
+        Further options of the learner (`DirectionLearner`, `PDELearner`), by name. They take
+        precedence over ``k``, ``certified`` and ``seed``.
 
     Raises
     ------
     InputError
-        If the recordings vary too little, or a parameter is out of its range.
+        If the recordings vary too little, a parameter is out of its range, or both a learner and
+        options are given.
     UnknownNameError
         If there is no such method.
     """
-    asked: dict[str, Any] = {"seed": seed}
-    if certified:
-        if method != "direction":
-            raise InputError(f"method {method} cannot be certified; choose direction")
-        asked["certified"] = True
-    if k is not None:
-        asked["k"] = k
-    learner = learner_with(method, asked | dict(options or {}))
-    check_exponent(learner.k)
+    if isinstance(method, str):
+        learner = _asked_for(method, k, certified, seed, options or {})
+    else:
+        learner = method
+        if k is not None or certified or seed or options:
+            raise InputError(f"options beside {learner!r}; give them to the learner itself")
+    kept = options_of(learner)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     paths = [subspace.transform(r.q) for r in recordings]
-    learner.fit(paths, progress=progress)
+    began = perf_counter()
+    learner.fit(paths, [r.time for r in recordings], progress=progress)
+    seconds = perf_counter() - began
     controller = GraspController(
         subspace=subspace,
         navigation=learner.navigation_,
         demonstrations=demonstrations_of(recordings, subspace),
-        method=method,
+        method=method_of(learner),
         certified=bool(getattr(learner, "certified", False)),
-        options=options_of(learner),
+        options=kept,
     )
     summary = {
-        "method": method,
+        "method": controller.method,
         "n_recordings": len(recordings),
         "n_components": n_components,
         "variance_explained": float(subspace.explained_variance_ratio_.sum()),
-        "n_coefficients": learner.n_coefficients_,
-        "iterations": learner.n_iterations_,
-        "seconds": learner.seconds_,
-        "cost_start": learner.cost_start_,
-        "cost_end": learner.cost_end_,
+        "n_coefficients": getattr(learner, "n_coefficients_", None),
+        "iterations": getattr(learner, "n_iterations_", None),
+        "seconds": getattr(learner, "seconds_", seconds),
+        "cost_start": getattr(learner, "cost_start_", None),
+        "cost_end": getattr(learner, "cost_end_", None),
         "certified": controller.certified,
         "options": dict(controller.options),
     }
@@ -109,7 +119,50 @@ def learn_controller(
     return Learned(controller, summary)
 
 
-def learn_like(learned: GraspController, recordings: RecordingSet) -> GraspController:
-    """Learn from other recordings in the way in which ``learned`` was learned."""
+def learn_like(
+    learned: GraspController, recordings: RecordingSet, learner: Learner | None = None
+) -> GraspController:
+    """Learn from other recordings in the way in which ``learned`` was learned.
+
+    Parameters
+    ----------
+    learned
+    recordings
+    learner
+        What ``learned`` was learned with. It has to be given where its class is of another package,
+        of which the controller holds the name alone. A copy of it is fitted.
+
+    Raises
+    ------
+    InputError
+        If ``learned`` was learned by another method than that of ``learner``, or by one of another
+        package and no learner is given.
+    """
     n, method = learned.navigation.n_dimensions, learned.method
-    return learn_controller(recordings, n, method, options=learned.options).controller
+    if learner is not None:
+        if method_of(learner) != method:
+            raise InputError(f"{learner!r} is not of method {method}; give a learner of that class")
+        from sklearn.base import clone
+
+        return learn_controller(recordings, n, cast(Learner, clone(learner))).controller
+    if is_foreign(method):
+        raise InputError(
+            f"the controller was learned by {method}, which is not part of handsim; give "
+            "learn_like such a learner"
+        )
+    named = cast(Method, method)
+    return learn_controller(recordings, n, named, options=learned.options).controller
+
+
+def _asked_for(
+    method: Method, k: float | None, certified: bool, seed: int, options: Options
+) -> Learner:
+    """Return the learner of a method; options take precedence over the other parameters."""
+    asked: dict[str, Any] = {"seed": seed}
+    if certified:
+        if method != "direction":
+            raise InputError(f"method {method} cannot be certified; choose direction")
+        asked["certified"] = True
+    if k is not None:
+        asked["k"] = k
+    return learner_with(method, asked | dict(options))

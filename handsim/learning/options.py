@@ -1,22 +1,21 @@
 """Settings of learners as a controller keeps them, so that it can be learned again.
 
-Options are what a learner's constructor takes, by name: numbers, words, switches, None, or tuples
-of numbers.
+Options are the parameters of a learner by name: numbers, words, switches, None, or tuples of
+numbers. A learner of another package is known by the name of its class, and its options are kept
+as far as they are such values; to learn again with it, it has to be given.
 """
 
-import inspect
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, Literal
-
-import numpy as np
+from math import isfinite
+from typing import Any, Literal, cast
 
 from handsim.errors import InputError, UnknownNameError
+from handsim.learning.base import Learner, fits, plain
 from handsim.learning.direction.learner import DirectionLearner
 from handsim.learning.pde.learner import PDELearner
 
 Method = Literal["direction", "pde"]
-Learner = DirectionLearner | PDELearner
 Options = Mapping[str, Any]
 
 LEARNERS: dict[Method, type[DirectionLearner] | type[PDELearner]] = {
@@ -29,17 +28,38 @@ METHODS: tuple[Method, ...] = tuple(LEARNERS)
 @cache
 def usual_options(method: Method) -> Options:
     """Return the options of a learner that is asked for nothing."""
-    parameters = inspect.signature(LEARNERS[method]).parameters
-    return {name: parameter.default for name, parameter in parameters.items()}
+    return LEARNERS[method]().get_params()
+
+
+def method_of(learner: Learner) -> str:
+    """Return the name of a learner's method; of one of another package, that of its class."""
+    kind = type(learner)
+    own = [method for method, known in LEARNERS.items() if kind is known]
+    return own[0] if own else f"{kind.__module__}.{kind.__qualname__}"
+
+
+def is_foreign(method: str) -> bool:
+    """Return whether a method is that of a learner of another package: a class in a module."""
+    return method not in METHODS and all(part for part in method.split(".")) and "." in method
 
 
 def options_of(learner: Learner) -> dict[str, Any]:
-    """Return all options of a learner."""
-    method = next(method for method, kind in LEARNERS.items() if type(learner) is kind)
-    return {name: getattr(learner, name) for name in usual_options(method)}
+    """Return the options of a learner.
+
+    All of them, if it is a learner of this package; else those that can be written to a file.
+
+    Raises
+    ------
+    InputError
+        If a learner of this package has an option of a kind that it cannot have.
+    """
+    options, method = learner.get_params(deep=False), method_of(learner)
+    if method in METHODS:
+        return check_options(method, options)
+    return {name: value for name, value in plain(options).items() if _can_be_kept(value)}
 
 
-def learner_with(method: str, options: Options) -> Learner:
+def learner_with(method: str, options: Options) -> DirectionLearner | PDELearner:
     """Return a learner; options that are not given are the usual ones.
 
     Raises
@@ -51,7 +71,7 @@ def learner_with(method: str, options: Options) -> Learner:
 
 
 def check_options(method: str, options: Options) -> dict[str, Any]:
-    """Return options as the learner takes them, lists as tuples.
+    """Return options as the learner takes them: lists as tuples, numbers of numpy as Python's.
 
     Raises
     ------
@@ -60,21 +80,19 @@ def check_options(method: str, options: Options) -> dict[str, Any]:
     InputError
         If the method has no such option, or it cannot have such a value.
     """
-    usual = usual_options(_known(method))
-    checked = {}
+    known = LEARNERS[_known(method)].parameters()
     for name, value in options.items():
-        if name not in usual:
+        if name not in known:
             raise InputError(
                 f"option {name} = {value!r} of method {method} is not known to this version; "
                 "update handsim or leave it out"
             )
-        taken = tuple(value) if isinstance(value, list) else value
-        if not _fits(taken, usual[name]):
+        if not fits(value, known[name]):
             raise InputError(
-                f"option {name} = {value!r} of method {method}; give something like {usual[name]!r}"
+                f"option {name} = {value!r} of method {method}; "
+                f"give something like {known[name].default!r}"
             )
-        checked[name] = taken
-    return checked
+    return plain(options)
 
 
 def _known(method: str) -> Method:
@@ -84,19 +102,11 @@ def _known(method: str) -> Method:
     raise UnknownNameError("method", method, METHODS)
 
 
-def _fits(value: Any, usual: Any) -> bool:
-    """Whether a value is of the kind of the usual one; None stands for an optional one."""
-    if isinstance(usual, bool) or isinstance(value, bool):
-        return isinstance(usual, bool) and isinstance(value, bool)
-    if usual is None or isinstance(usual, tuple):
-        numbers = isinstance(value, tuple) and all(_is_number(entry) for entry in value)
-        return numbers or (usual is None and value is None)
-    if isinstance(usual, str):
-        return isinstance(value, str)
-    return _is_number(value) or (value is None and isinstance(usual, float))
-
-
-def _is_number(value: Any) -> bool:
+def _can_be_kept(value: Any) -> bool:
+    if isinstance(value, tuple):
+        return all(_can_be_kept(entry) for entry in cast(tuple[Any, ...], value))
     return (
-        isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+        value is None
+        or isinstance(value, str | int)
+        or (isinstance(value, float) and isfinite(value))
     )

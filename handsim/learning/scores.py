@@ -1,10 +1,10 @@
-"""How well a controller does what people did.
+"""Scores: how close the paths of a controller are to recorded ones.
 
-Path error: both paths resampled at 100 points equally spaced in their own arc length, root of the
+Path error (as in the paper's Fig. 7): both paths resampled at 100 points equally spaced in their own arc length, root of the
 mean squared distance in the subspace. Straight: the same for the segment from start to
-destination, which is what a constant beta gives. Repeatability: the same for the other trials of
-the same object by the same person, their ends moved to match; how well people repeat themselves.
-A run that does not arrive counts as it is.
+destination, which is the flow of a constant beta. Repeatability: the path error of the other trials
+of the same object by the same person, their ends moved to match. A path that does not arrive is
+scored like all others.
 """
 
 from collections.abc import Callable
@@ -71,7 +71,8 @@ def leave_one_out(
     """
     if len(recordings) < 2:
         raise InputError("1 recording; leaving one out needs at least 2")
-    rows, explained = [], []
+    rows: list[dict[str, Any]] = []
+    explained: list[float] = []
     for i, recording in enumerate(recordings):
         controller = learn(recordings.without(i))
         paths = [controller.subspace.transform(r.q) for r in recordings]
@@ -103,10 +104,11 @@ def repeatability(path: Array, others: list[Array]) -> float | None:
 def direction_error(controller: GraspController, path: Array) -> float:
     """Mean angle [rad] between the flow and the direction of motion along a recorded path."""
     points = at_arc_length(path, _DIRECTION_FRACTIONS)
-    tangents = np.gradient(points, axis=0)
+    tangents: Array = np.gradient(points, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     flow = controller.navigation.directions(points, path[-1])
-    return float(np.mean(np.arccos(np.clip(np.sum(flow * tangents, axis=1), -1.0, 1.0))))
+    cosines: Array = np.sum(flow * tangents, axis=1)
+    return float(np.mean(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
 
 def variance_explained(controller: GraspController, recordings: RecordingSet) -> float:

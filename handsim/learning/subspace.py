@@ -3,21 +3,23 @@
 The paper's Sec. VI-B. Coordinates z = (q - mean) components^T keep Euclidean lengths, so that
 distances in the subspace are angles of the whole hand.
 
-LAPACK returns components whose last bits are the processor's (2e-15 between two kernels, measured
-on people's recordings), and a fit would magnify them. They are rounded to 2^-30 = 1e-9, a hundred
-thousand times more than that and a ten-thousandth of the step of a data glove, and all that
-follows is reproducible arithmetic. A number that lies on the edge of two roundings can still fall
-to either side: about once in ten thousand sets of recordings between two kinds of processor.
+LAPACK returns components whose last bits depend on the processor (2e-15 between two kernels,
+measured on people's recordings), and a fit would magnify the difference. They are rounded to
+2^-30 = 1e-9: a hundred thousand times more than that difference, and a ten-thousandth of the
+resolution of a data glove. All that follows is reproducible arithmetic. A number half-way between
+two multiples of 2^-30 can still be rounded up on one kind of processor and down on another; this
+happens in about one of ten thousand sets of recordings.
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError
 from handsim.joints import N_JOINTS
+from handsim.learning.base import Estimator
 from handsim.reproducible import dots, mean, total, units
 from handsim.types import Array
 
@@ -25,8 +27,8 @@ _BITS = 30  # of components and mean, behind the binary point
 _NAMES = ("components_", "mean_", "explained_variance_", "explained_variance_ratio_")
 
 
-class PostureSubspace:
-    """Principal components of postures, after scikit-learn's PCA.
+class PostureSubspace(Estimator):
+    """Principal components of postures: a transformer with scikit-learn's contract.
 
     Parameters
     ----------
@@ -57,8 +59,14 @@ class PostureSubspace:
     def __init__(self, n_components: int = 3) -> None:
         self.n_components = n_components
 
-    def fit(self, q: Array) -> "PostureSubspace":
+    def fit(self, q: Array, y: None = None) -> Self:
         """Learn the subspace from postures (n, 22) [rad].
+
+        Parameters
+        ----------
+        q
+        y
+            Ignored; pipelines of scikit-learn pass it.
 
         Raises
         ------
@@ -66,6 +74,7 @@ class PostureSubspace:
             If the number of components is not 1 to 5, or the postures do not vary in as many
             directions.
         """
+        self.check_parameters()
         if not 1 <= self.n_components <= 5:
             raise InputError(f"{self.n_components} components; give 1 to 5")
         postures = np.asarray(q, dtype=float)
@@ -92,7 +101,13 @@ class PostureSubspace:
         return self
 
     def transform(self, q: Array) -> Array:
-        """Project postures (..., 22) [rad] to coordinates (..., n_components) [rad]."""
+        """Project postures (..., 22) [rad] to coordinates (..., n_components) [rad].
+
+        Raises
+        ------
+        NotFittedError
+            Before `fit`; as all other use of what was learned.
+        """
         deviation = np.asarray(q) - self.mean_
         return dots(deviation[..., None, :], self.components_)
 

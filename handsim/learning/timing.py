@@ -1,12 +1,14 @@
-"""When to be where on a path: the natural time law.
+"""The natural time law: which part of a path is covered at which time.
 
 People move their hands along a path with a bell-shaped speed. The minimum-jerk profile (Flash and
 Hogan 1985, J. Neurosci. 5(7):1688-1703) covers the fraction s(t) = 10 x^3 - 15 x^4 + 6 x^5 of the
-length, x = t / duration.
+length, x = t / duration. The paper leaves the time law open: its u = -grad phi, Eq. (1), gives
+directions, and its speeds are bounded since phi falls by at most 1 along a path.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +19,7 @@ from handsim.types import Array
 
 MAX_DURATION = 600.0
 """Longest movement that is made [s]."""
+_Number = TypeVar("_Number", float, Array)
 # Fraction of the duration after which the rate s' / (1 - s), which grows as 3 / (duration - t),
 # is held: what is left then is 1 % of the length.
 _HOLD = 0.9
@@ -25,6 +28,11 @@ _HOLD = 0.9
 def minimum_jerk(time: npt.ArrayLike, duration: float) -> Array:
     """Return the fraction of the length covered at times [s]."""
     x = np.clip(np.asarray(time, dtype=float) / duration, 0.0, 1.0)
+    return _covered(x)
+
+
+def _covered(x: _Number) -> _Number:
+    """Return 10 x^3 - 15 x^4 + 6 x^5."""
     return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
 
 
@@ -87,7 +95,7 @@ class NaturalTiming:
     def velocity(self, z: Array, time: float) -> Array:
         """Return the velocity (n,) [rad/s] at a measured posture (n,) and time [s]."""
         away = z - self.z_goal
-        distance = float(away @ away) ** 0.5
+        distance: float = float(away @ away) ** 0.5
         left = float(np.interp(distance, self.distance, self.left))
         left += max(distance - float(self.distance[-1]), 0.0)
         return self.direction(z, self.z_goal) * (left * self._rate(time))
@@ -101,6 +109,6 @@ class NaturalTiming:
         return (left + np.maximum(distance - self.distance[-1], 0.0)) * self._rate(time)
 
     def _rate(self, time: float) -> float:
+        """Return s'(t) / (1 - s(t)) [1/s], held from 0.9 of the duration on."""
         x = min(max(time / self.duration, 0.0), _HOLD)
-        covered = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-        return 30.0 * x**2 * (1.0 - x) ** 2 / ((1.0 - covered) * self.duration)
+        return 30.0 * x**2 * (1.0 - x) ** 2 / ((1.0 - _covered(x)) * self.duration)

@@ -1,4 +1,4 @@
-"""A spline at one point after another, for loops that cannot wait."""
+"""Splines at single points, for loops in which each microsecond counts."""
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
@@ -18,13 +18,15 @@ _MAX_TABLED = 2**23  # floats (64 MiB) kept of polynomials of cells; three dimen
 
 
 class SplineEvaluator:
-    """A spline and its derivatives at one point after another, for loops that cannot wait.
+    """A spline and its derivatives at single points.
 
-    On a knot cell the spline and each of its derivatives is a polynomial. Its coefficients are
-    tabled when the cell is first visited (some 30 microseconds), split in two groups of
-    dimensions, so that a point costs two products of small matrices into arrays made beforehand.
+    On a knot cell the spline and each of its derivatives is a polynomial. Its coefficients are put
+    into a table when the first point in the cell is asked for (some 30 microseconds). They are
+    split into two groups of dimensions, so that each point takes two products of small matrices,
+    written into arrays that were made beforehand.
 
-    One evaluator serves one thread: the next point overwrites the array that was returned.
+    The next point overwrites the array that was returned; each thread needs an evaluator of its
+    own.
 
     Parameters
     ----------
@@ -54,7 +56,8 @@ class SplineEvaluator:
 
         It is the same array each time.
         """
-        number, powers = 0, []
+        number = 0
+        powers: list[list[float]] = []
         for x, (inner, breaks, low, high, count) in zip(point, self._cells, strict=True):
             cell = bisect_right(inner, x)
             number = number * count + cell

@@ -1,4 +1,4 @@
-"""Tensor-product B-splines in 1 to 5 dimensions: values, derivatives, sparse design matrices.
+"""Tensor-product B-splines in 1 to 5 dimensions: values and derivatives.
 
 The obstacle is sought in the space of Eq. (9) of the paper, beta(z) = sum c_{i1..in} prod_r
 B_{ir}(z_r), C^2 for cubic splines (order 4) and above. The paper stacks the coefficients into a
@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
 
 from handsim.errors import InputError
 from handsim.navigation._spline_evaluator import SplineEvaluator, derivative_index
@@ -65,7 +64,7 @@ class TensorBasis:
         low, high = np.atleast_1d(lower).astype(float), np.atleast_1d(upper).astype(float)
         if min(shape) <= degree:
             raise InputError(f"shape {shape}; degree {degree} needs at least {degree + 1} each")
-        knots = []
+        knots: list[Array] = []
         for a, b, m in zip(low, high, shape, strict=True):
             step = (b - a) / (m - degree)
             knots.append(a + step * np.arange(-degree, m + 1))
@@ -109,40 +108,6 @@ class TensorBasis:
     def upper(self) -> Array:
         """Upper corner of the domain, (n,)."""
         return np.array([axis.breaks[-1] for axis in self.axes])
-
-    def design(self, points: Array, derivatives: tuple[int, ...]) -> sparse.csr_array:
-        """Return the matrix that maps coefficients to a derivative at points.
-
-        Parameters
-        ----------
-        points : (N, n)
-        derivatives
-            Order of differentiation along each dimension, 0 to 2.
-
-        Returns
-        -------
-        (N, prod(shape)) sparse, (degree + 1)**n entries a row
-        """
-        local = [axis.at_all(x, 2) for axis, x in zip(self.axes, points.T, strict=True)]
-        strides = np.append(np.cumprod(self.shape[:0:-1])[::-1], 1).astype(np.int64)
-        columns = np.zeros((len(points), 1), dtype=np.int64)
-        values = np.ones((len(points), 1))
-        for (first, basis), stride, derivative in zip(local, strides, derivatives, strict=True):
-            here = (first[:, None] + np.arange(self.degree + 1)) * stride
-            size = (len(points), columns.shape[1] * here.shape[1])
-            columns = (columns[:, :, None] + here[:, None, :]).reshape(size)
-            values = (values[:, :, None] * basis[derivative].T[:, None, :]).reshape(size)
-        # Products with these matrices are bound by memory: indices of half the size help.
-        index = np.int32 if columns.size < np.iinfo(np.int32).max else np.int64
-        starts = np.arange(len(points) + 1, dtype=index) * columns.shape[1]
-        shape = (len(points), self.n_coefficients)
-        parts = (values.ravel(), columns.ravel().astype(index), starts.astype(index))
-        return sparse.csr_array(parts, shape=shape)
-
-    def gradient_designs(self, points: Array) -> list[sparse.csr_array]:
-        """Return the design matrices of the first partial derivatives, one a dimension."""
-        n = len(self.axes)
-        return [self.design(points, tuple(int(i == j) for j in range(n))) for i in range(n)]
 
 
 @dataclass(frozen=True)

@@ -22,13 +22,12 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-import numpy.typing as npt
 
 from handsim.navigation.bspline import TensorBSpline
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle, SplineObstacle
 from handsim.reproducible import product, total
-from handsim.types import Array
+from handsim.types import Array, Index, Mask
 
 _ROUNDING = 1e-9
 _MAX_CELLS = 200_000  # undecided at once; beyond, the bound is returned as far as it got
@@ -53,7 +52,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Certificate:
-    """Outcome of the proof.
+    """Outcome of the attempt to prove convergence.
 
     Attributes
     ----------
@@ -66,7 +65,7 @@ class Certificate:
         or of (z - z_goal) . grad beta / (2 beta), which must stay under k. None where beta is not
         positive in the whole workspace.
     reason
-        One line for people.
+        One line that says why.
     """
 
     certified: bool
@@ -182,12 +181,13 @@ def _certify_spline(
 
 def _greatest_ratio(numerator: Array, denominator: Array) -> Array:
     """Upper bounds (N,) of ratios of polynomials from coefficients (N, m); inf if undecided."""
-    most, least = numerator.max(axis=1), denominator.min(axis=1)
+    most: Array = numerator.max(axis=1)
+    least: Array = denominator.min(axis=1)
     divisor = np.where(most > 0.0, least, denominator.max(axis=1))
     return np.where(least > 0.0, most / np.where(least > 0.0, divisor, 1.0), np.inf)
 
 
-def _spent(cells: "_Cells", undecided: npt.NDArray[np.bool_]) -> bool:
+def _spent(cells: "_Cells", undecided: Mask) -> bool:
     """Whether another round would pass the budget, or cells are too small to matter."""
     children = int(undecided.sum()) * 2 ** cells.origin.shape[1]
     return children > _MAX_CELLS or bool(cells.size.max() < _SMALLEST)
@@ -227,7 +227,7 @@ class _Cells:
         size = np.stack(np.meshgrid(*[np.diff(b) for b in breaks], indexing="ij"), -1)
         return cls(origin, size.reshape(-1, n), c)
 
-    def take(self, which: npt.NDArray[np.bool_]) -> "_Cells":
+    def take(self, which: Mask) -> "_Cells":
         return _Cells(self.origin[which], self.size[which], self.coefficients[which])
 
     def halved(self) -> "_Cells":
@@ -246,7 +246,7 @@ class _Cells:
 
     def corner(self, cell: int, corner: int) -> Array:
         """Position of the corner that `_corner_index` lists at ``corner``."""
-        n = self.origin.shape[1]
+        n = len(self.origin[0])
         bits = (corner >> np.arange(n)[::-1]) & 1
         return self.origin[cell] + bits * self.size[cell]
 
@@ -257,7 +257,7 @@ def _descent_coefficients(cells: _Cells, low: Array, high: Array) -> Array:
     The derivative along one dimension has degree one less, and (z_i - z_goal_i) brings it back: the
     product of Bernstein polynomials of degrees p - 1 and 1.
     """
-    degree = cells.coefficients.shape[1] - 1
+    degree: int = cells.coefficients.shape[1] - 1
     total = np.zeros_like(cells.coefficients)
     for i in range(len(low)):
         c = np.moveaxis(cells.coefficients, i + 1, -1)
@@ -267,7 +267,7 @@ def _descent_coefficients(cells: _Cells, low: Array, high: Array) -> Array:
         at_end = slope * (np.arange(1, degree + 1) / degree)
         start = cells.origin[:, i][extent]
         end = start + cells.size[:, i][extent]
-        moved = []
+        moved: list[Array] = []
         for goal in (low[i], high[i]):
             product = np.zeros_like(c)
             product[..., :-1] += at_start * (start - goal)
@@ -277,7 +277,7 @@ def _descent_coefficients(cells: _Cells, low: Array, high: Array) -> Array:
     return total
 
 
-def _corner_index(coefficients: Array) -> tuple[npt.NDArray[np.int64], ...]:
+def _corner_index(coefficients: Array) -> tuple[Index, ...]:
     """Index of the coefficients at the corners of cells, last dimension fastest."""
     degree = coefficients.shape[1] - 1
     ends = [np.array([0, degree])] * (coefficients.ndim - 1)

@@ -1,8 +1,8 @@
-"""Where a navigation function might trap: its critical points, and the starts that do not arrive.
+"""Critical points of a navigation function, which may trap the flow.
 
-For fields that cannot be certified. A critical point other than the destination is a zero of
-v = gamma_d grad(ln beta) / k - grad gamma_d; the Hessian of phi there tells a minimum, a trap, from
-a saddle and a maximum, which repel almost everything.
+They are looked for where a field cannot be certified. A critical point other than the destination
+is a zero of v = gamma_d grad(ln beta) / k - grad gamma_d. The Hessian of phi there tells a minimum,
+in which the flow ends, from a saddle and a maximum, which almost all paths leave.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Follow a flow through the subspace until it arrives, or is stuck."""
+"""Integrate a flow through the subspace until it arrives, or is stuck: the paths of Eq. (1)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ STEP = np.deg2rad(1.0)
 
 @dataclass(frozen=True)
 class FlowPath:
-    """Where a flow led.
+    """The path of a flow from one start.
 
     Attributes
     ----------

@@ -1,14 +1,14 @@
-"""Navigation functions over the subspace, Eq. (2) of the paper, and their obstacles.
+"""Navigation functions over the subspace, Eq. (2) of the paper, and the flow of Eq. (1).
 
 phi(z, z_goal) = gamma_d / (gamma_d^k + beta)^(1/k),  u = -grad phi,  gamma_d = |z - z_goal|^2 as in
-the paper, or squared in a metric that depends on the destination (`attraction`).
+the paper, or squared in a metric that depends on the destination (`navigation.metric`).
 
-Two obstacles: `ExponentialObstacle`, beta = beta_0 exp(k chi) with chi a spline, positive in the
-whole workspace and zero on its boundary by construction (Eqs. 4 and 5); and `SplineObstacle`, where
-beta itself is a spline, as in the paper. Both hand out ln beta, because phi spans many decades
-in beta and gamma_d^k.
+Obstacles (`navigation.obstacle`) give ln beta, because beta and gamma_d^k span many decades. With
+it the control law of Sec. V-C of the paper is
 
-With ln beta the flow -grad phi points along v = gamma_d grad(ln beta)/k - grad gamma_d.
+    u = (gamma_d^k + beta)^(-1/k) beta / (gamma_d^k + beta) (gamma_d grad(ln beta) / k - grad gamma_d)
+
+so that the flow points along v = gamma_d grad(ln beta) / k - grad gamma_d.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.navigation.metric import DestinationMetric
-from handsim.navigation.obstacle import _TINY_BETA, LogEvaluator, Obstacle
+from handsim.navigation.obstacle import TINY_BETA, LogEvaluator, Obstacle
 from handsim.reproducible import dots, units
 from handsim.types import Array
 
@@ -88,7 +88,7 @@ class NavigationFunction:
                 f"workspace of {np.rad2deg(low[i]):.1f} to {np.rad2deg(high[i]):.1f} deg; choose a "
                 "posture nearer to the recorded ones"
             )
-        if self.obstacle.evaluator(self.k)(goal.tolist())[0] <= log(_TINY_BETA) + 1e-9:
+        if self.obstacle.evaluator(self.k)(goal.tolist())[0] <= log(TINY_BETA) + 1e-9:
             raise InputError(
                 "the obstacle function is not positive at the destination; choose a posture "
                 "nearer to the recorded ones"
@@ -96,7 +96,7 @@ class NavigationFunction:
         return goal
 
     def evaluator(self) -> "FlowEvaluator":
-        """Return what evaluates one point after another without making arrays."""
+        """Return an object that evaluates single points without making arrays."""
         return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, self.metrics)
 
     def metrics(self, z_goal: Array) -> Array:
@@ -132,7 +132,7 @@ class NavigationFunction:
         return units((gamma / self.k)[:, None] * grad_ln - 2.0 * pull)
 
     def jets(self, z: Array, z_goal: Array, order: int = 1) -> tuple[Array, Array, Array]:
-        """Return phi (N,), grad phi (N, n) [1/rad] and its Hessians (N, n, n) [1/rad^2].
+        """Return phi (N,) of Eq. (2), grad phi (N, n) [1/rad] and its Hessians (N, n, n) [1/rad^2].
 
         Derivatives above ``order`` are left as empty arrays.
 
@@ -170,10 +170,11 @@ class NavigationFunction:
 
 @dataclass
 class FlowEvaluator:
-    """phi, its gradient and its flow at one point after another, for loops that cannot wait.
+    """phi, its gradient and its flow at single points, for loops in which each microsecond counts.
 
-    Results go into arrays that the caller gives; no others are made. One evaluator serves one
-    thread. A knot cell's first visit takes some 40 microseconds more than later ones.
+    Results are written into arrays that the caller gives; no others are made. Each thread needs an
+    evaluator of its own. The first point in a knot cell takes some 40 microseconds longer than
+    later ones.
 
     Attributes
     ----------
@@ -182,17 +183,17 @@ class FlowEvaluator:
     k
         Exponent.
     metrics
-        Metric of a destination, see `NavigationFunction.metrics`; that of the latest is kept.
+        Metric of a destination, see `NavigationFunction.metrics`. The latest answer is kept.
     """
 
     log_jet: LogEvaluator
     k: float
     metrics: Callable[[Array], Array]
-    _goal: list[float] = field(default_factory=list, repr=False)
-    _metric: list[list[float]] = field(default_factory=list, repr=False)
+    _goal: list[float] = field(default_factory=list[float], repr=False)
+    _metric: list[list[float]] = field(default_factory=list[list[float]], repr=False)
 
     def value_and_gradient(self, z: Array, z_goal: Array, gradient: Array) -> float:
-        """Return phi and write grad phi (n,) [1/rad] at one point (n,) into ``gradient``."""
+        """Return phi, Eq. (2), and write grad phi (n,) [1/rad] at one point into ``gradient``."""
         k, here = self.k, z.tolist()
         ln_beta, *grad_ln = self.log_jet(here)
         gamma, pull = self._attraction(here, z_goal)
@@ -206,7 +207,7 @@ class FlowEvaluator:
         return gamma * inverse_root
 
     def direction(self, z: Array, z_goal: Array, direction: Array) -> None:
-        """Write the unit vector (n,) of the flow at one point into ``direction``."""
+        """Write the unit vector (n,) of the flow of Eq. (1) at one point into ``direction``."""
         here = z.tolist()
         _, *grad_ln = self.log_jet(here)
         gamma, pull = self._attraction(here, z_goal)

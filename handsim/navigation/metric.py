@@ -5,7 +5,7 @@ open the fingers before they close them and turn the wrist first for another; on
 destinations cannot tell such movements apart, the metric of the destination can. With M symmetric
 and positive definite gamma_d is zero at the destination alone and grows along every ray from it,
 which is what Koditschek and Rimon (1990) ask of it. And since (z - z_goal) . grad ln gamma_d = 2
-whatever M, the proof of convergence is the same for all M (`certificate`).
+whatever M, the proof of convergence is the same for all M (`navigation.certificate`).
 
 ln M is a smooth function of the destination,
 
@@ -22,12 +22,13 @@ from math import factorial
 import numpy as np
 import numpy.typing as npt
 
-from handsim.reproducible import dots, exp, product, total
+from handsim.reproducible import dots, exp, total
 from handsim.types import Array
 
 # Coefficients of exp's powers 0 to 15, by fours; at a norm of 1/2 the next term is below 1e-18.
 _TAYLOR = np.array([1.0 / factorial(power) for power in range(16)]).reshape(4, 4)
-_Asked = tuple[tuple[int, ...], bytes]
+_Answer = tuple[tuple[tuple[int, ...], bytes], Array]  # shape and bytes asked for, metrics
+_Known = tuple[dict[bytes, int], Array]  # destinations as bytes to places, and their metrics
 
 
 @dataclass(frozen=True)
@@ -47,24 +48,43 @@ class DestinationMetric:
     centres: Array
     logs: Array
     reach: float
-    _latest: list[tuple[_Asked, Array]] = field(default_factory=list, compare=False, repr=False)
+    _latest: list[_Answer] = field(default_factory=list[_Answer], compare=False, repr=False)
+    _known: list[_Known] = field(default_factory=list[_Known], compare=False, repr=False)
 
     def at(self, z_goal: Array) -> Array:
         """Return the metrics (..., n, n) of destinations (..., n) [rad].
 
-        The latest answer is kept: paths are followed to the same destinations step after step.
+        Paths are followed to the same destinations step after step, to fewer of them as paths end.
+        Therefore the latest answer is kept, and the metrics of the latest set of destinations that
+        had to be computed, each of which is computed once however often it is repeated.
         """
         shape = np.shape(z_goal)
         asked = (shape, np.asarray(z_goal, dtype=float).tobytes())
         for answered, metrics in self._latest[:1]:
             if answered == asked:
                 return metrics
-        goals = np.reshape(z_goal, (-1, shape[-1]))
-        shares = gaussian_kernel(goals, self.centres, self.reach)
-        logs = self.logs[0] + total(shares[:, :, None, None] * self.logs[1:], 1)
-        metrics = exponential(logs).reshape(*shape, shape[-1])
+        goals = np.ascontiguousarray(np.reshape(z_goal, (-1, shape[-1])), dtype=float)
+        metrics = self._found(goals).reshape(*shape, shape[-1])
         self._latest[:] = [(asked, metrics)]
         return metrics
+
+    def _found(self, goals: Array) -> Array:
+        """Return the metrics (N, n, n) of destinations (N, n), from what is known if all are."""
+        keys = goals.view(f"V{goals.itemsize * goals.shape[1]}").ravel().tolist()
+        for places, metrics in self._known[:1]:
+            where = [places.get(key, -1) for key in keys]
+            if -1 not in where:
+                return metrics[where]
+        different = dict(zip(keys, goals, strict=True))
+        places = {key: place for place, key in enumerate(different)}
+        metrics = self._computed(np.array(list(different.values())))
+        self._known[:] = [(places, metrics)]
+        return metrics[[places[key] for key in keys]]
+
+    def _computed(self, goals: Array) -> Array:
+        shares = gaussian_kernel(goals, self.centres, self.reach)
+        logs = self.logs[0] + total(shares[:, :, None, None] * self.logs[1:], 1)
+        return exponential(logs)
 
 
 def gaussian_kernel(a: Array, b: Array, reach: float) -> Array:
@@ -75,7 +95,7 @@ def gaussian_kernel(a: Array, b: Array, reach: float) -> Array:
 
 def exponential(logs: Array) -> Array:
     """Return exp of symmetric matrices (N, n, n), symmetric to the bit."""
-    metrics = _exponential(logs, _halvings(logs))
+    metrics = np.moveaxis(_exponential(_stacked(logs), _halvings(logs)), -1, 0)
     return 0.5 * (metrics + np.swapaxes(metrics, 1, 2))
 
 
@@ -85,37 +105,53 @@ def exponential_slope(logs: Array, directions: Array) -> Array:
     The upper right block of exp [[S, D], [0, S]] (Higham 2008, Functions of Matrices, Eq. 3.16).
     """
     n = logs.shape[1]
-    blocks = np.zeros((len(logs), 2 * n, 2 * n))
-    blocks[:, :n, :n] = blocks[:, n:, n:] = logs
-    blocks[:, :n, n:] = directions
-    slopes = _exponential(blocks, _halvings(logs))[:, :n, n:]
+    upper = np.concatenate([_stacked(logs), _stacked(directions)], axis=1)
+    slopes = np.moveaxis(_exponential(upper, _halvings(logs))[:, n:], -1, 0)
     return 0.5 * (slopes + np.swapaxes(slopes, 1, 2))
 
 
+def _stacked(matrices: Array) -> Array:
+    """Return matrices (N, n, n) as (n, n, N): steps along the last axis are what arrays do fast."""
+    return np.ascontiguousarray(np.moveaxis(matrices, 0, -1))
+
+
 def _halvings(logs: Array) -> npt.NDArray[np.int32]:
-    """How often matrices (N, n, n) are halved until their norm is 1/2 or less."""
+    """Return how often matrices (N, n, n) are halved until their norm is 1/2 or less."""
     flat = logs.reshape(len(logs), -1)
     return np.maximum(np.frexp(np.sqrt(dots(flat, flat)))[1] + 1, 0)
 
 
-def _exponential(matrices: Array, halvings: npt.NDArray[np.int32]) -> Array:
-    """Taylor polynomial of degree 15 of the halved matrices, squared as often as they were halved.
+def _exponential(upper: Array, halvings: npt.NDArray[np.int32]) -> Array:
+    """Return the upper rows (n, w, N) of the exponentials of matrices, given by theirs.
 
-    In blocks of four powers (Paterson and Stockmeyer 1973), in reproducible arithmetic.
+    They are S where w = n, and [S, D] of [[S, D], [0, S]] where w = 2 n.
+
+    The Taylor polynomial of degree 15 of the halved matrices, in blocks of four powers (Paterson
+    and Stockmeyer 1973), is squared as often as they were halved. All in reproducible arithmetic.
     """
-    x = np.ldexp(matrices, -halvings[:, None, None])
-    square = product(x, x)
-    fourth = product(square, square)
-    powers = np.stack([np.broadcast_to(np.eye(x.shape[1]), x.shape), x, square, product(square, x)])
+    n, width, _ = upper.shape
+    x = np.ldexp(upper, -halvings)
+    square = _product(x, x)
+    fourth = _product(square, square)
+    one = np.broadcast_to(np.eye(n, width)[:, :, None], x.shape)
+    powers = np.stack([one, x, square, _product(square, x)])
     blocks = total(_TAYLOR[:, :, None, None, None] * powers, 1)
     value = blocks[-1]
     for block in blocks[-2::-1]:
-        value = product(value, fourth) + block
+        value = _product(value, fourth) + block
     for i in range(int(halvings.max(initial=0))):
-        squared = product(value, value)
-        value = (
-            squared
-            if (halvings > i).all()
-            else np.where((halvings > i)[:, None, None], squared, value)
-        )
+        value = np.where(halvings > i, _product(value, value), value)
     return value
+
+
+def _product(a: Array, b: Array) -> Array:
+    """Return the upper rows of matrix products from those of the factors, all (n, w, N)."""
+    n = len(b)
+    whole = b
+    if b.shape[1] > n:
+        whole = np.zeros((2 * n, *b.shape[1:]))
+        whole[:n], whole[n:, n:] = b, b[:, :n]
+    result = a[:, :1] * whole[:1]
+    for j in range(1, len(whole)):
+        result += a[:, j : j + 1] * whole[j : j + 1]
+    return result

@@ -1,4 +1,4 @@
-"""Obstacle functions beta over a box of the subspace, handed out as ln beta.
+"""Obstacle functions beta over a box of the subspace, given as ln beta.
 
 `ExponentialObstacle` is beta = beta_0 exp(k chi) with chi a spline: positive in the whole
 workspace and zero on its boundary by construction (Eqs. 4 and 5 of the paper). In `SplineObstacle`
@@ -24,11 +24,12 @@ LogEvaluator = Callable[[list[float]], list[float]]
 _TINY_DEPTH = 1e-12  # depth in the closing layer, as a fraction of its width, taken as its boundary
 
 
-_TINY_BETA = 1e-12  # least beta whose logarithm is taken; below lies the obstacle
+TINY_BETA = 1e-12
+"""Least beta whose logarithm is taken; where beta is less, the obstacle is."""
 
 
 class Obstacle(Protocol):
-    """What a navigation function needs of beta."""
+    """The properties and functions of beta that a navigation function uses."""
 
     @property
     def lower(self) -> Array:
@@ -109,7 +110,7 @@ class ExponentialObstacle:
         if order >= 1:
             grad += closure_grad
         if order >= 2:
-            diagonal = np.arange(z.shape[1])
+            diagonal = np.arange(len(self.width))
             hess[:, diagonal, diagonal] += closure_hess
         return value, grad, hess
 
@@ -153,7 +154,7 @@ class SplineObstacle:
 
         def log_jet(z: list[float]) -> list[float]:
             beta, *grad = spline(z).tolist()
-            beta = max(beta, _TINY_BETA)
+            beta = max(beta, TINY_BETA)
             return [log(beta), *[part / beta for part in grad]]
 
         return log_jet
@@ -161,7 +162,7 @@ class SplineObstacle:
     def log_jets(self, z: Array, k: float, order: int) -> tuple[Array, Array, Array]:
         """Return ln beta (N,), its gradients (N, n) and Hessians (N, n, n) at points (N, n)."""
         beta, grad, hess = self.beta.jets(z, order)
-        beta = np.maximum(beta, _TINY_BETA)
+        beta = np.maximum(beta, TINY_BETA)
         if order >= 1:
             grad = grad / beta[:, None]
         if order >= 2:

@@ -18,7 +18,7 @@ def arc_length(path: Array) -> Array:
 def at_arc_length(path: Array, fractions: Array) -> Array:
     """Return the points (m, d) at fractions (m,) of the length of a path (n, d)."""
     length = arc_length(path)
-    wanted = fractions * length[-1]
+    wanted: Array = fractions * length[-1]
     last = len(path) - 1
     before = np.clip(np.searchsorted(length, wanted, side="right") - 1, 0, max(last - 1, 0))
     after = np.minimum(before + 1, last)

@@ -1,7 +1,8 @@
 """The box in which a navigation function is learned, and the knots laid on it.
 
-Sec. V-A.2 of the paper: the boundary lies more than one knot beyond the recordings. Sec. V-A.3:
-more knots where the recordings vary more.
+Sec. V-A.2 of the paper: the boundary lies more than one knot beyond the recordings, so that beta
+there can be kept at 0, Eq. (5), whatever the recordings ask of it. Sec. V-A.3: more knots along
+the dimensions in which the recordings vary more.
 """
 
 from bisect import bisect_right
@@ -16,7 +17,7 @@ from handsim.types import Array
 
 KnotRule = Literal["variance", "deviation", "gentle", "equal"]
 
-# Coefficients by number of dimensions: what a fit of seconds can carry.
+# Coefficients by number of dimensions, so many that a fit takes seconds.
 _BUDGET = {1: 20, 2: 200, 3: 1700, 4: 4000, 5: 8000}
 _FEWEST = 4  # cells along the dimension that varies most
 _CLOSING = 0.3  # thickness of the closing layer, in cells: the recordings stay clear of it
@@ -29,7 +30,7 @@ def knot_counts(
     budget: int | None = None,
     least: int | None = None,
 ) -> tuple[int, ...]:
-    """Share coefficients among dimensions by what varies in them.
+    """Share coefficients among dimensions by the variance along each (Sec. V-A.3 of the paper).
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def knot_counts(
         all. On four people's recordings the gentle rule reproduces best, the paper's worst
         (tests/benchmarks/README.md).
     budget
-        Greatest product; what a fit of seconds can carry where left out.
+        Greatest product; by default so many that a fit takes seconds.
     least
         Coefficients that each dimension has at least; ``degree + 4`` where left out.
 

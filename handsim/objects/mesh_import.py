@@ -3,15 +3,12 @@
 A file is read as bytes that cannot refer to other files: no materials, no includes.
 """
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from handsim.errors import FileError, InputError, MissingToolError
+from handsim.errors import FileError, InputError, MissingToolError, quiet_logs
 from handsim.objects._convex_pieces import decompose
 from handsim.objects.object import Collider, GraspObject, Piece, TriangleMesh, hull
 
@@ -116,7 +113,7 @@ def _read(path: Path) -> "trimesh.Trimesh":
     if size > MAX_FILE_BYTES:
         raise FileError(f"{path}: {size} bytes, more than {MAX_FILE_BYTES}; simplify the mesh")
     try:
-        with path.open("rb") as stream, _quiet("trimesh"):
+        with path.open("rb") as stream, quiet_logs("trimesh"):
             mesh = trimesh.load_mesh(stream, file_type=kind, skip_materials=True)
             _check(mesh, path)
     except FileError:
@@ -140,19 +137,6 @@ def _check(mesh: "trimesh.Trimesh", path: Path) -> None:
         raise FileError(f"{path}: the mesh encloses no volume; give it some thickness")
     if volume < 0:
         mesh.invert()
-
-
-@contextmanager
-def _quiet(library: str) -> Iterator[None]:
-    """Keep a library from logging to standard error what is raised as an error anyway."""
-    log, sink = logging.getLogger(library), logging.NullHandler()
-    before, log.propagate = log.propagate, False
-    log.addHandler(sink)
-    try:
-        yield
-    finally:
-        log.removeHandler(sink)
-        log.propagate = before
 
 
 def _convex_pieces(mesh: "trimesh.Trimesh", path: Path, seed: int) -> tuple[Collider, ...]:

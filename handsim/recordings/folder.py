@@ -90,7 +90,7 @@ def read_recordings(folder: Path) -> RecordingSet:
     header, rows = _read_table(index, _INDEX_COLUMNS)
     if not rows:
         raise FileError(f"{index}: lists no recording; give at least 1 row")
-    recordings = []
+    recordings: list[Recording] = []
     for i, row in enumerate(rows):
         values = dict(zip(header, row, strict=True))
         recordings.append(_recording_of_row(folder, f"{index}: row {i + 2}", values))

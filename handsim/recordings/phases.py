@@ -40,8 +40,9 @@ def resample(time: Array, q: Array, rate: float = RATE) -> tuple[Array, Array]:
     time : (m,) [s], from the first time on in steps of 1/rate
     q : (m, d)
     """
-    uniform = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * rate)) + 1) / rate
-    return uniform, np.column_stack([np.interp(uniform, time, column) for column in q.T])
+    uniform: Array = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * rate)) + 1) / rate
+    columns: list[Array] = list(q.T)
+    return uniform, np.column_stack([np.interp(uniform, time, column) for column in columns])
 
 
 def low_pass(q: Array, rate: float = RATE, cutoff: float = CUTOFF) -> Array:

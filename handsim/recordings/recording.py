@@ -1,5 +1,6 @@
 """Recordings of reach-to-grasp movements, one by one and in sets."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,8 +95,9 @@ class RecordingSet:
         names = [recording.name for recording in self.recordings]
         if not names:
             raise InputError("a set of 0 recordings; give at least 1")
-        twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
-        if twice is not None:
+        if len(set(names)) < len(names):
+            counts = Counter(names)
+            twice = next(name for name in names if counts[name] > 1)
             raise InputError(f"two recordings are named '{twice}'; rename one")
 
     def __len__(self) -> int:

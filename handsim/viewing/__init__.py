@@ -1,5 +1,5 @@
-"""What people look at: video, pictures, figures, reports, and live views.
+"""What people look at: videos, pictures, figures, reports, live views, and the check of a machine.
 
-In: rollouts, posture sequences and controllers. Out: files and pages. May import all rooms but
-`baseline` and `cli`.
+In: rollouts, posture sequences, controllers and recordings. Out: files, pages and windows. May
+import all rooms but `baseline` and `cli`.
 """

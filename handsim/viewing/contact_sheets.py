@@ -1,4 +1,4 @@
-"""Picture sheets to judge models by: hands of all sizes, keyframes, grasp frames, a robot hand.
+"""Contact sheets for checking models by eye: hand sizes, keyframes, grasp frames, a robot hand.
 
 ``python -m handsim.viewing.contact_sheets hands|keyframes|grasps|retargeting FILE.png``; the last
 needs a robot hand: ``--robot FILE.xml --palm NAME --fingertips thumb=NAME index=NAME ...``.
@@ -31,13 +31,14 @@ from handsim.tasks.scene import build_scene
 from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
 from handsim.types import Array, Frame, Side
+from handsim.viewing.film.lighting import light_any_hand, light_from_the_camera
 from handsim.viewing.film.offscreen import Offscreen, open_offscreen
 from handsim.viewing.film.posture_clips import posture_model
 from handsim.viewing.film.video import contact_sheet, write_image
 
 _AXIS_COLOURS = ([0.85, 0.2, 0.15, 1], [0.2, 0.65, 0.2, 1], [0.15, 0.35, 0.85, 1])
 _BEFORE = 0.35
-"""How far before the grasp the hand is shown, as a part of its way there."""
+"""Distance of the hand from the grasp, as a fraction of its approach."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,8 @@ def hand_sheet(presets: Sequence[str] = tuple(PRESETS)) -> Frame:
     presets
         One row each.
     """
-    frames, labels = [], []
+    frames: list[Frame] = []
+    labels: list[str] = []
     with open_offscreen(160, 200) as offscreen:
         for name in presets:
             for side in ("right", "left"):
@@ -89,10 +91,10 @@ def _postures(
     offscreen: Offscreen, model: mujoco.MjModel, shown: Sequence[tuple[Array, _Look]]
 ) -> list[Frame]:
     """Draw postures, (22,) [rad] each, of an upright hand."""
-    model.vis.headlight.diffuse[:] = 0.5  # the lamps stand before the palm
+    light_from_the_camera(model)  # some are seen from the back
     scene, data = offscreen.add(model), mujoco.MjData(model)
     index = [model.joint(name).qposadr[0] for name in JOINT_NAMES]
-    frames = []
+    frames: list[Frame] = []
     for q, look in shown:
         data.qpos[index] = q
         mujoco.mj_forward(model, data)
@@ -144,7 +146,7 @@ def _grasp_frame(offscreen: Offscreen, task: Task, hand: HandModel) -> Frame:
     data.qpos[start : start + 7] = [*pos, *quat]
     scene_hand.set_posture(q_open)
     target = data.site("grasp").xpos
-    # From beside the forearm, thumb in front, where the opening between thumb and fingers is seen.
+    # From beside the forearm on the thumb's side: the opening of the hand is seen from there.
     arm = data.body("forearm").xpos - target
     across = data.body("thumb_distal").xpos - data.body("little_distal").xpos
     aside = np.array([-arm[1], arm[0]])
@@ -155,7 +157,7 @@ def _grasp_frame(offscreen: Offscreen, task: Task, hand: HandModel) -> Frame:
 
 
 def _show_axes(spec: mujoco.MjSpec) -> None:
-    """Draw the grasp frame as three rods at its site, which nothing feels."""
+    """Draw the grasp frame as three rods at its site, without mass and contact."""
     site = spec.site("grasp")
     frame = site.parent.add_frame(pos=site.pos, quat=site.quat)
     for axis, colour in zip(np.eye(3), _AXIS_COLOURS, strict=True):
@@ -191,7 +193,7 @@ def retargeting_sheet(
     moved = Retargeter(robot, recording.hand).retarget(recording.q)
     human = human_hand(recording.hand)
     glove = [JOINT_NAMES.index(name) for name in human.joint_names]
-    frames = []
+    frames: list[Frame] = []
     with open_offscreen(300, 280) as offscreen:
         for spec, hand, positions in (
             (build_hand(recording.hand), human, recording.q[:, glove]),
@@ -205,7 +207,7 @@ def retargeting_sheet(
 def _by_the_palm(
     offscreen: Offscreen, spec: mujoco.MjSpec, hand: RobotHand, positions: Array
 ) -> list[Frame]:
-    """Draw a hand from where its palm is seen from the thumb's side, fingers to the left."""
+    """Draw a hand from the thumb's side, its fingers to the left."""
     pos, axes = hand.palm_pose()
     back = np.array([0.35, 0.85, -0.3])
     back /= np.linalg.norm(back)
@@ -218,24 +220,14 @@ def _by_the_palm(
     spec.worldbody.add_camera(
         name="beside_the_palm", pos=middle + 0.6 * axes @ back, quat=quat, fovy=30
     )
-    grey = [0.88, 0.90, 0.93]
-    spec.add_texture(
-        name="plain_background",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-        rgb1=grey,
-        rgb2=grey,
-        width=16,
-        height=16,
-    )
-    spec.visual.headlight.ambient = [0.45] * 3
+    light_any_hand(spec)
     model = spec.compile()
     scene, data = offscreen.add(model), mujoco.MjData(model)
     camera = mujoco.MjvCamera()
     camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
     camera.fixedcamid = model.camera("beside_the_palm").id
     index = [model.joint(name).qposadr[0] for name in hand.joint_names]
-    frames = []
+    frames: list[Frame] = []
     for at in positions:
         data.qpos[index] = at
         mujoco.mj_forward(model, data)

@@ -1,4 +1,4 @@
-"""What this machine has for rendering and encoding, as a table."""
+"""Check of a machine: which of the parts for rendering and encoding are there and work."""
 
 import platform
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from handsim.viewing.film.video import ENCODER_INSTALL
 from handsim.viewing.opengl.backend import ProbeResult, install_command, probe
 
-PACKAGES = ("mujoco", "numpy", "scipy", "scikit-learn", "imageio-ffmpeg", "pillow")
+PACKAGES = ("mujoco", "numpy", "scipy", "scikit-learn", "imageio", "imageio-ffmpeg", "pillow")
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def doctor(seconds: float = 0.3) -> list[Finding]:
 
 
 def can_render(findings: list[Finding]) -> bool:
-    """Tell whether one backend renders and the encoder runs: all that a video needs."""
+    """Return whether one backend renders and the encoder runs: all that a video needs."""
     by_name = {finding.name: finding.ok for finding in findings}
     return (by_name["gl egl"] or by_name["gl osmesa"]) and by_name["ffmpeg"]
 

@@ -4,7 +4,6 @@ Whatever comes from files or users is escaped here; pictures and videos become `
 """
 
 import base64
-import io
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
@@ -162,11 +161,10 @@ def picture(path: Path, caption: str) -> str:
 
 def film(path: Path, poster: Frame, caption: str, good: bool) -> str:
     """Return a video file with its caption; ``poster`` stands for it in print and until played."""
-    from PIL import Image
+    import imageio.v3 as iio
 
-    encoded = io.BytesIO()
-    Image.fromarray(poster).save(encoded, "JPEG", quality=75)
-    still = _data(encoded.getvalue(), "image/jpeg")
+    encoded = iio.imwrite("<bytes>", poster, plugin="pillow", extension=".jpg", quality=75)
+    still = _data(encoded, "image/jpeg")
     return (
         f'<figure><video controls loop muted playsinline preload="metadata" poster="{still}" '
         f'src="{_data(path.read_bytes(), _TYPES[path.suffix])}"></video>'

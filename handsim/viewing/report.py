@@ -21,7 +21,7 @@ from handsim.recordings.phases import summarise
 from handsim.recordings.recording import SYNTHETIC
 from handsim.types import Progress
 from handsim.viewing import html as page
-from handsim.viewing.figures.figures import make_figures
+from handsim.viewing.figures.paper_figures import make_figures
 from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.rollout_clips import rollout_clip
@@ -88,7 +88,7 @@ def write_report(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         make_figures(controller, recordings, folder, lambda fraction: done(1 + fraction))
-        films = []
+        films: list[str] = []
         for i, grasp in enumerate(grasps):
             films.append(_film(grasp, folder))
             done(3 + i)
@@ -283,7 +283,7 @@ def _making(commands: Sequence[str]) -> str:
 
 
 def _pictures(folder: Path, *names: str) -> str:
-    """Return the figures that were drawn; a line has neither planes nor paths in one."""
+    """Return the figures that were drawn: a subspace of one component has fewer."""
     paths = [folder / f"{name}.svg" for name in names]
     return "".join(page.picture(path, CAPTIONS[path.stem]) for path in paths if path.is_file())
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from handsim.baseline.check import record_baseline
-from handsim.baseline.results import Cases, answer, cases_for
+from handsim.baseline.results import Cases, cases_for, run_cases
 from handsim.files import data_folder
 from handsim.grasping.planning.plan_store import PlanStore
 from handsim.learning.controller import GraspController
@@ -44,15 +44,15 @@ def movements(controller):
     """Return a baseline of some movements."""
     asked = cases_for(controller)
     names = list(asked.starts)[:SOME]
-    questions = Cases(
+    cases = Cases(
         {name: asked.starts[name] for name in names},
         {name: asked.goals[name] for name in names},
         {},
     )
     made = record_baseline(replace(controller, demonstrations=controller.demonstrations[:1]))
-    return replace(made, questions=questions, outputs=answer(controller, questions))
+    return replace(made, cases=cases, results=run_cases(controller, cases))
 
 
 @pytest.fixture(scope="session")
 def grasps(controller, plans):
-    return replace(record_baseline(controller, plans), questions=Cases({}, {}, plans))
+    return replace(record_baseline(controller, plans), cases=Cases({}, {}, plans))

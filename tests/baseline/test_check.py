@@ -68,10 +68,10 @@ def test_answers_that_are_a_hundredth_of_a_degree_off_elsewhere(movements, contr
         name: replace(
             trace, q=trace.q + np.deg2rad(0.01) * np.linspace(0, 1, len(trace.q))[:, None]
         )
-        for name, trace in movements.outputs.traces.items()
+        for name, trace in movements.results.traces.items()
     }
     kept = replace(
-        movements, environment=ELSEWHERE, outputs=replace(movements.outputs, traces=traces)
+        movements, environment=ELSEWHERE, results=replace(movements.results, traces=traces)
     )
     report, _ = check_baseline(kept, controller)
     assert {finding.kind for finding in report.findings} == {"environment"}
@@ -102,7 +102,7 @@ def test_the_sign_of_a_joint_swapped(movements, controller):
 
     report, _ = check_baseline(movements, replace(controller, subspace=Swapped()))
     worst = findings(report, "movement")
-    assert len(worst) == len(movements.questions.starts)
+    assert len(worst) == len(movements.cases.starts)
     assert all(finding.text.startswith("index_mcp by ") for finding in worst)
     sizes = [float(finding.text.split()[2]) for finding in worst]
     assert sizes == sorted(sizes, reverse=True)
@@ -147,10 +147,10 @@ def test_a_grasp_that_fails_comes_first(grasps, controller):
 
 
 def test_a_destination_refused_is_an_outcome(movements, controller):
-    name = next(iter(movements.questions.goals))
-    goals = movements.questions.goals | {name: np.full(N_JOINTS, 3.0)}
-    questions = Cases(movements.questions.starts, goals, {})
-    report, _ = check_baseline(replace(movements, questions=questions), controller)
+    name = next(iter(movements.cases.goals))
+    goals = movements.cases.goals | {name: np.full(N_JOINTS, 3.0)}
+    cases = Cases(movements.cases.starts, goals, {})
+    report, _ = check_baseline(replace(movements, cases=cases), controller)
     assert report.findings[0].kind == "outcome"
     assert "refused" in report.findings[0].text
 
@@ -167,12 +167,12 @@ def test_an_answer_that_is_no_number_is_found(movements, controller):
             q[..., JOINT_INDEX["middle_pip"]] = np.nan
             return q
 
-    report, outputs = check_baseline(movements, replace(controller, subspace=Broken()))
+    report, results = check_baseline(movements, replace(controller, subspace=Broken()))
     told = findings(report, "number")
-    assert len(told) == len(movements.questions.starts)
+    assert len(told) == len(movements.cases.starts)
     assert all("first middle_pip at 0.00 s now" in finding.text for finding in told)
     with pytest.raises(InputError, match=r"is no number .* the baseline stays"):
-        updated(movements, outputs, "it is new")
+        updated(movements, results, "it is new")
 
 
 def test_another_handsim_is_noted_and_not_counted(movements, controller):
@@ -184,11 +184,11 @@ def test_another_handsim_is_noted_and_not_counted(movements, controller):
 
 def test_an_update_needs_a_reason_and_keeps_it(movements):
     with pytest.raises(InputError, match="needs a reason"):
-        updated(movements, movements.outputs, "  ")
+        updated(movements, movements.results, "  ")
     old = replace(movements, environment=ELSEWHERE, handsim="0.0.1")
     after = updated(old, Results({}, {}), "new spline")
     assert after.reasons == ("recorded", "new spline")
-    assert after.outputs.traces == {}
+    assert after.results.traces == {}
     assert (after.environment, after.handsim) == (HERE, movements.handsim)
 
 
@@ -198,15 +198,15 @@ def test_learning_is_not_skipped_silently(baseline, controller):
 
 
 def test_the_page_shows_the_curves_and_nothing_from_elsewhere(movements, controller, tmp_path):
-    traces = dict(movements.outputs.traces)
+    traces = dict(movements.results.traces)
     name, nan, *_ = traces
     traces[name] = replace(traces[name], q=traces[name].q * 0.9)
     traces[nan] = replace(traces[nan], q=traces[nan].q * np.nan)
     kept = replace(
-        movements, outputs=Results(traces, movements.outputs.inputs), environment=ELSEWHERE
+        movements, results=Results(traces, movements.results.inputs), environment=ELSEWHERE
     )
-    report, outputs = check_baseline(kept, controller)
-    write_page(tmp_path / "check.html", kept, outputs, report)
+    report, results = check_baseline(kept, controller)
+    write_page(tmp_path / "check.html", kept, results, report)
     text = (tmp_path / "check.html").read_text()
     assert name in text
     assert text.count("data:image/svg+xml") == 1
@@ -237,8 +237,8 @@ def test_from_the_suite_of_a_user(movements, controller, tmp_path):
 
 def test_answers_are_of_the_recorded_questions(controller, plans):
     made = record_baseline(controller, plans)
-    assert set(made.outputs.traces) == {
-        *(f"movement/{name}" for name in made.questions.starts), f"grasp/{TASK}"
+    assert set(made.results.traces) == {
+        *(f"movement/{name}" for name in made.cases.starts), f"grasp/{TASK}"
     }  # fmt: skip
-    assert set(made.outputs.traces[f"grasp/{TASK}"].measures) == set(MEASURES)
+    assert set(made.results.traces[f"grasp/{TASK}"].measures) == set(MEASURES)
     assert made.environment == HERE

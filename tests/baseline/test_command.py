@@ -30,16 +30,14 @@ def run(monkeypatch, capsys):
 @pytest.fixture
 def files(movements, controller, tmp_path) -> tuple[Path, Path]:
     """A baseline of two movements, and its controller."""
-    names = list(movements.questions.starts)[:2]
-    questions = replace(
-        movements.questions,
-        starts={name: movements.questions.starts[name] for name in names},
-        goals={name: movements.questions.goals[name] for name in names},
+    names = list(movements.cases.starts)[:2]
+    cases = replace(
+        movements.cases,
+        starts={name: movements.cases.starts[name] for name in names},
+        goals={name: movements.cases.goals[name] for name in names},
     )
-    traces = {f"movement/{n}": movements.outputs.traces[f"movement/{n}"] for n in names}
-    small = replace(
-        movements, questions=questions, outputs=replace(movements.outputs, traces=traces)
-    )
+    traces = {f"movement/{n}": movements.results.traces[f"movement/{n}"] for n in names}
+    small = replace(movements, cases=cases, results=replace(movements.results, traces=traces))
     write_baseline(small, tmp_path / "b.npz")
     controller.save(tmp_path / "c.npz")
     return tmp_path / "b.npz", tmp_path / "c.npz"
@@ -53,11 +51,11 @@ def test_as_it_was(run, files):
 def test_another_environment_is_said_first(run, files):
     path, controller = files
     kept = read_baseline(path)
-    name, trace = next(iter(kept.outputs.traces.items()))
-    traces = kept.outputs.traces | {name: replace(trace, q=trace.q + np.deg2rad(0.01))}
+    name, trace = next(iter(kept.results.traces.items()))
+    traces = kept.results.traces | {name: replace(trace, q=trace.q + np.deg2rad(0.01))}
     elsewhere = replace(Environment.here(), blas_kernel="Z80")
     write_baseline(
-        replace(kept, environment=elsewhere, outputs=replace(kept.outputs, traces=traces)), path
+        replace(kept, environment=elsewhere, results=replace(kept.results, traces=traces)), path
     )
     code, out, _ = run("baseline", "check", path, "--controller", controller)
     first, second, third = out.splitlines()
@@ -110,13 +108,13 @@ def test_a_baseline_that_cannot_be_compared_with(run, files, what, update):
 def test_answers_that_are_no_numbers_do_not_become_right(run, files, monkeypatch):
     path, controller = files
     kept = path.read_bytes()
-    real = read_baseline(path).outputs
+    real = read_baseline(path).results
 
     def answers(*_, **__):
         name, trace = next(iter(real.traces.items()))
         return replace(real, traces=real.traces | {name: replace(trace, q=trace.q * np.nan)})
 
-    monkeypatch.setattr("handsim.baseline.check.answer", answers)
+    monkeypatch.setattr("handsim.baseline.check.run_cases", answers)
     code, out, err = run("baseline", "check", path, "--controller", controller, "--update", "new")
     assert code == 1
     assert "number " in out

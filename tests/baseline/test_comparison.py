@@ -205,8 +205,8 @@ def test_answers_of_another_shape_are_named(odd, says):
 
 
 def test_what_is_no_number_is_listed():
-    outputs = Results({"a": held(0, 1), "b": held(0, 1, lift_m=np.nan), "c": held(0, np.inf)}, {})
-    said = not_numbers(outputs)
+    results = Results({"a": held(0, 1), "b": held(0, 1, lift_m=np.nan), "c": held(0, np.inf)}, {})
+    said = not_numbers(results)
     assert said[0] == "b has lift_m nan"
     assert said[1].startswith("c is no number")
     assert len(said) == 2

@@ -20,19 +20,19 @@ TASKS = ("tall-glass-drink", "mouse-left-click", "cube-raise", "pen-write", "jar
 def test_the_shipped_controller_does_what_it_did(controller, recordings, tmp_path):
     """Every movement, and grasps of different kinds."""
     kept = read_baseline(ASSETS / "baseline.npz")
-    plans = {task: kept.questions.plans[task] for task in TASKS}
-    left_out = {f"grasp/{task}" for task in kept.questions.plans} - {f"grasp/{t}" for t in TASKS}
-    traces = {name: t for name, t in kept.outputs.traces.items() if name not in left_out}
+    plans = {task: kept.cases.plans[task] for task in TASKS}
+    left_out = {f"grasp/{task}" for task in kept.cases.plans} - {f"grasp/{t}" for t in TASKS}
+    traces = {name: t for name, t in kept.results.traces.items() if name not in left_out}
     inputs = {
         name: value
-        for name, value in kept.outputs.inputs.items()
+        for name, value in kept.results.inputs.items()
         if name.startswith("recordings/") or f"grasp/{name.partition('/')[2]}" not in left_out
     }
-    questions, outputs = replace(kept.questions, plans=plans), Results(traces, inputs)
-    some = replace(kept, questions=questions, outputs=outputs)
+    cases, results = replace(kept.cases, plans=plans), Results(traces, inputs)
+    some = replace(kept, cases=cases, results=results)
     write_baseline(some, tmp_path / "some.npz")
     report = assert_as_baseline(controller, tmp_path / "some.npz", recordings=recordings)
-    assert len(report.changes) == 2 * len(questions.starts) + len(TASKS) > 100
+    assert len(report.changes) == 2 * len(cases.starts) + len(TASKS) > 100
 
 
 @pytest.mark.ci

@@ -17,14 +17,14 @@ KEPT = Path(__file__).parents[1] / "data" / "schemas"
 @pytest.fixture(scope="module")
 def small(grasps, movements):
     """A baseline of one movement and one grasp."""
-    name = next(iter(movements.questions.starts))
-    asked = movements.questions
-    questions = replace(
-        grasps.questions, starts={name: asked.starts[name]}, goals={name: asked.goals[name]}
+    name = next(iter(movements.cases.starts))
+    asked = movements.cases
+    cases = replace(
+        grasps.cases, starts={name: asked.starts[name]}, goals={name: asked.goals[name]}
     )
     kept = (f"movement/{name}", f"grasp/{TASK}")
-    traces = {each: grasps.outputs.traces[each] for each in kept}
-    return replace(grasps, questions=questions, outputs=replace(grasps.outputs, traces=traces))
+    traces = {each: grasps.results.traces[each] for each in kept}
+    return replace(grasps, cases=cases, results=replace(grasps.results, traces=traces))
 
 
 def test_a_baseline_is_read_as_it_was_written(small, tmp_path):
@@ -32,18 +32,18 @@ def test_a_baseline_is_read_as_it_was_written(small, tmp_path):
     path = tmp_path / "b.npz"
     write_baseline(baseline, path)
     read = read_baseline(path)
-    assert read.outputs.inputs == baseline.outputs.inputs
+    assert read.results.inputs == baseline.results.inputs
     assert (read.environment, read.handsim) == (baseline.environment, baseline.handsim)
     assert (read.reasons, read.relearned) == (baseline.reasons, False)
-    for name, one in baseline.outputs.traces.items():
-        other = read.outputs.traces[name]
+    for name, one in baseline.results.traces.items():
+        other = read.results.traces[name]
         np.testing.assert_array_equal(other.q, one.q)
         np.testing.assert_array_equal(other.time, one.time)
         assert (other.verdict, other.measures) == (one.verdict, one.measures)
     for kind in ("starts", "goals"):
-        for name, q in getattr(baseline.questions, kind).items():
-            np.testing.assert_array_equal(getattr(read.questions, kind)[name], q)
-    plan, same = baseline.questions.plans[TASK], read.questions.plans[TASK]
+        for name, q in getattr(baseline.cases, kind).items():
+            np.testing.assert_array_equal(getattr(read.cases, kind)[name], q)
+    plan, same = baseline.cases.plans[TASK], read.cases.plans[TASK]
     for name in ("retreat", "q_start", "q_goal"):
         np.testing.assert_array_equal(getattr(same, name), getattr(plan, name))
     np.testing.assert_array_equal(same.palm.quat, plan.palm.quat)
@@ -143,15 +143,15 @@ def test_nothing_that_is_no_number_is_written(small, tmp_path, bad, where):
     write_baseline(small, path)
     kept = path.read_bytes()
     name = f"grasp/{TASK}"
-    trace = small.outputs.traces[name]
+    trace = small.results.traces[name]
     broken = {
         "posture": replace(trace, q=np.where(np.arange(22) == 3, bad, trace.q)),
         "measure": replace(trace, measures=trace.measures | {"hold_s": bad}),
         "frames": replace(trace, q=trace.q[:0], time=trace.time[:0]),
     }[where]
-    outputs = replace(small.outputs, traces=small.outputs.traces | {name: broken})
+    results = replace(small.results, traces=small.results.traces | {name: broken})
     with pytest.raises(InputError, match=rf"{name} .* nothing is written"):
-        write_baseline(replace(small, outputs=outputs), path)
+        write_baseline(replace(small, results=results), path)
     assert path.read_bytes() == kept
     assert list(tmp_path.iterdir()) == [path]
 
@@ -162,8 +162,6 @@ def test_the_first_schema_is_read():
     assert not old.environment.blas_kernel
     assert new.environment.blas_kernel
     assert old.handsim == new.handsim == "0.1.0"
-    assert old.questions.plans[TASK].squeeze == pytest.approx(
-        new.questions.plans[TASK].squeeze, abs=1
-    )
-    assert "schema" not in old.outputs.inputs
-    assert new.outputs.inputs["schema"] == "2"
+    assert old.cases.plans[TASK].squeeze == pytest.approx(new.cases.plans[TASK].squeeze, abs=1)
+    assert "schema" not in old.results.inputs
+    assert new.results.inputs["schema"] == "2"

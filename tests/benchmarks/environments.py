@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handsim.baseline import Baseline, Environment, Results, answer, cases_for
+from handsim.baseline import Baseline, Environment, Results, cases_for, run_cases
 from handsim.baseline.comparison import deviation_deg
 from handsim.baseline.environment import differences
 from handsim.baseline.results import Cases
@@ -115,13 +115,13 @@ def answer_here(folder: Path, tasks: tuple[str, ...], n_movements: int | None) -
     asked = cases_for(controller, {task: plans[task] for task in tasks})
     names = list(asked.starts)[:n_movements]
     starts, goals = ({n: ends[n] for n in names} for ends in (asked.starts, asked.goals))
-    questions = Cases(starts, goals, asked.plans)
-    moved = Cases(questions.starts, questions.goals, {})
-    again = answer(learned, moved).traces
-    outputs = answer(controller, questions)
+    cases = Cases(starts, goals, asked.plans)
+    moved = Cases(cases.starts, cases.goals, {})
+    again = run_cases(learned, moved).traces
+    results = run_cases(controller, cases)
     relearned = {name.replace("movement/", "relearned/"): t for name, t in again.items()}
-    outputs = Results(outputs.traces | relearned, outputs.inputs)
-    made = Baseline(questions, outputs, True, Environment.here(), version("handsim"), ("measured",))
+    results = Results(results.traces | relearned, results.inputs)
+    made = Baseline(cases, results, True, Environment.here(), version("handsim"), ("measured",))
     write_baseline(made, folder / "baseline.npz")
     learned.save(folder / "controller.npz")
 
@@ -139,8 +139,8 @@ def apart(before: Baseline, after: Baseline) -> dict[str, float]:
     Grasps that fail are left out, and counted where their verdict differs.
     """
     most = dict.fromkeys((*KINDS, *MEASURES, "verdicts"), 0.0)
-    for name, old in before.outputs.traces.items():
-        new = after.outputs.traces[name]
+    for name, old in before.results.traces.items():
+        new = after.results.traces[name]
         most["verdicts"] += old.verdict != new.verdict
         if old.verdict not in ("held", "arrived"):
             continue

@@ -1,18 +1,24 @@
-"""What a frame costs beside MuJoCo's renderer alone; run by `make bench`.
+"""What frames cost beside MuJoCo's renderer and beside ffmpeg alone; run by `make bench`.
 
-The bar on their ratio is held, for both backends, in `tests/viewing/opengl/test_backends.py`.
+The bar on the ratio of rendering is held, for both backends, in
+`tests/viewing/opengl/test_backends.py`.
 """
 
+import subprocess
 from collections.abc import Iterator
+from pathlib import Path
 
+import imageio_ffmpeg
 import mujoco
 import numpy as np
 import pytest
 
 from handsim.joints import clip_to_range
+from handsim.types import Frame
 from handsim.viewing.film.clips import Clip, render_clips
 from handsim.viewing.film.offscreen import Camera, View
 from handsim.viewing.film.posture_clips import posture_clip
+from handsim.viewing.film.video import write_video
 from handsim.viewing.opengl.backend import choose_backend
 
 pytestmark = pytest.mark.slow
@@ -52,3 +58,38 @@ def test_the_same_frames_by_mujoco_alone(benchmark, clip: Clip) -> None:
     drawn = benchmark.pedantic(lambda: list(frames()), rounds=ROUNDS)
     model.vis.quality.shadowsize = usual
     assert len(drawn) == N_FRAMES
+
+
+@pytest.fixture(scope="module")
+def frames(clip: Clip) -> list[Frame]:
+    """Four seconds of video: there, back, there and back again."""
+    there = list(render_clips([clip], VIEW))
+    return [*there, *there[::-1]] * 2
+
+
+def test_four_seconds_into_mp4(benchmark, frames: list[Frame], tmp_path: Path) -> None:
+    path = tmp_path / "a.mp4"
+    n = benchmark.pedantic(lambda: write_video(frames, path, VIEW.fps), rounds=2 * ROUNDS)
+    assert n == len(frames)
+
+
+def test_the_same_frames_through_a_pipe_to_ffmpeg(
+    benchmark, frames: list[Frame], tmp_path: Path
+) -> None:
+    ours, alone = tmp_path / "a.mp4", tmp_path / "b.mp4"
+    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{VIEW.width}x{VIEW.height}"]
+    colours = ["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"]
+    h264 = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-vf", "scale=out_color_matrix=bt709"]
+    quality = ["-crf", "20", "-preset", "medium", "-movflags", "+faststart"]
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error", *raw, "-r", "30", "-i", "-"]
+    command += [*h264, *colours, *quality, str(alone)]
+
+    def encode() -> None:
+        with subprocess.Popen(command, stdin=subprocess.PIPE) as encoder:
+            for frame in frames:
+                encoder.stdin.write(frame)
+            encoder.stdin.close()
+
+    benchmark.pedantic(encode, rounds=2 * ROUNDS)
+    write_video(frames, ours, VIEW.fps)
+    assert ours.read_bytes() == alone.read_bytes()

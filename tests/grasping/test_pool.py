@@ -3,6 +3,8 @@
 import builtins
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -30,6 +32,14 @@ def die(x: int) -> int:
     if x == 3:
         time.sleep(0.1)
         os.kill(os.getpid(), signal.SIGKILL)
+    return 2 * x
+
+
+def die_first(x: int) -> int:
+    """Kill the own process at the first job, while others take their time."""
+    if x == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(0.3)
     return 2 * x
 
 
@@ -82,6 +92,14 @@ def test_what_kills_its_process_again_and_again_ends_the_work_when_all_else_is_d
     assert results == {i: 2 * i for i in range(8) if i != 3}
 
 
+def test_the_other_jobs_of_that_moment_are_done_before_the_work_ends():
+    results = {}
+    with pytest.raises(HandsimError, match="killed 3 times in a row"):
+        for key, result in processes(2)(die_first, numbered(4)):
+            results[key] = result
+    assert results == {1: 2, 2: 4, 3: 6}
+
+
 def test_where_nothing_can_be_done_it_is_not_tried_for_ever():
     with pytest.raises(HandsimError, match="killed 3 times in a row"):
         list(processes(2)(die, ((i, (3,)) for i in range(10**9))))
@@ -109,6 +127,78 @@ def test_errors_of_a_job_are_passed_on():
     for n_jobs in (1, 2):
         with pytest.raises(InputError, match="is too much"):
             list(processes(n_jobs)(refuse, numbered(2)))
+
+
+def fail_with_details(x: int) -> int:
+    error = ValueError("the value")
+    error.details = lambda: x  # which cannot be pickled
+    raise error
+
+
+def lambda_of(x: int):
+    return lambda: x
+
+
+def test_errors_and_results_that_cannot_be_pickled_are_told():
+    for job, words in ((fail_with_details, "the value"), (lambda_of, "pickle")):
+        with pytest.raises(Exception, match=words):
+            list(processes(2)(job, numbered(2)))
+
+
+def test_the_traceback_of_an_error_comes_with_it():
+    with pytest.raises(InputError) as caught:
+        list(processes(2)(refuse, numbered(1)))
+    (note,) = caught.value.__notes__
+    assert 'raise InputError(f"{x} is too much")' in note
+
+
+def test_arguments_are_asked_for_when_a_process_is_free():
+    asked = []
+
+    def arguments():
+        for i in range(10**9):
+            asked.append(i)
+            yield i, (i,)
+
+    results = processes(2)(double, arguments())
+    assert [next(results)[1] % 2 for _ in range(5)] == [0] * 5
+    results.close()
+    assert len(asked) <= 5 + 2 * 2
+
+
+def environment_of(x: int) -> str | None:
+    return os.environ.get("OPENBLAS_NUM_THREADS")
+
+
+def test_workers_calculate_in_one_thread_and_this_process_as_before(monkeypatch):
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    assert dict(processes(2)(environment_of, numbered(1))) == {0: "1"}
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "7"
+    assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_a_script_that_works_as_it_is_imported_is_told_what_to_do(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from handsim.grasping.pool import processes\n"
+        "from operator import neg\n"
+        "print(list(processes(2)(neg, [(1, (1,))])))\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    last = done.stderr.strip().splitlines()[-1]
+    assert "HandsimError: a worker process ended with an error as it started" in last
+    assert "if __name__ == '__main__':" in last
+
+
+def test_the_module_is_light():
+    said = subprocess.run(
+        [sys.executable, "-c", "import sys, handsim.grasping.pool; print(*sys.modules)"],
+        capture_output=True, text=True, check=True,
+    ).stdout.split()  # fmt: skip
+    assert "handsim.grasping.pool" in said
+    assert not {"numpy", "mujoco", "joblib", "distributed", "handsim.viewing"} & set(said)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "", "ftp://x", "tcp://:x"])

@@ -27,12 +27,6 @@ from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
 from handsim.recordings.folder import Recording, RecordingSet
 from handsim.types import HandSize
-from handsim.viewing.figures.slices import (
-    cumulative_variance,
-    eigengrasps,
-    flow_lattice,
-    slice_through,
-)
 
 
 def straight(z: np.ndarray, goals: np.ndarray) -> np.ndarray:
@@ -297,35 +291,3 @@ def test_certification_names_traps_and_lost_starts(flat: GraspController) -> Non
     assert np.linalg.norm(navigation.value_and_gradient(place, goal)[1]) < 1e-2
     lost, paths = not_arriving(navigation, goal, grid(navigation, 3))
     assert len(lost) == len(paths) == len(found["lost_starts"])
-
-
-def test_slices_hold_the_fields(flat: GraspController) -> None:
-    goal = flat.demonstrations[0].z_goal
-    cut = slice_through(flat.navigation, goal, (0, 2), resolution=15)
-    assert cut.phi.shape == cut.ln_beta.shape == (15, 15) and cut.flow.shape == (15, 15, 2)
-    z = np.array([cut.first[4], goal[1], cut.second[9]])
-    phi, gradient = flat.navigation.value_and_gradient(z, goal)
-    assert cut.phi[4, 9] == pytest.approx(phi)
-    np.testing.assert_allclose(cut.flow[4, 9], -gradient[[0, 2]] / np.linalg.norm(gradient))
-    assert cut.ln_beta[4, 9] == pytest.approx(
-        flat.navigation.obstacle.evaluator(2.0)(z.tolist())[0]
-    )
-    for bad in ((0, 0), (0, 3)):
-        with pytest.raises(InputError, match="two different"):
-            slice_through(flat.navigation, goal, bad)
-    points, flow, value = flow_lattice(flat.navigation, goal, 4)
-    assert points.shape == flow.shape == (64, 3) and value.shape == (64,)
-    np.testing.assert_allclose(np.linalg.norm(flow, axis=1), 1.0)
-
-
-def test_eigengrasps_and_variances(recordings: RecordingSet) -> None:
-    q = np.vstack([r.q for r in recordings])
-    subspace = PostureSubspace(3).fit(q)
-    ends = eigengrasps(subspace, 2.0)
-    assert ends.shape == (3, 2, 22)
-    np.testing.assert_allclose(ends.mean(axis=1), np.tile(subspace.mean_, (3, 1)))
-    spread = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    np.testing.assert_allclose(spread, 4 * np.sqrt(subspace.explained_variance_))
-    fractions = cumulative_variance(q)
-    assert fractions.shape == (22,) and fractions[-1] == pytest.approx(1.0)
-    np.testing.assert_allclose(fractions[:3], np.cumsum(subspace.explained_variance_ratio_))

@@ -170,21 +170,6 @@ def test_outside_the_domain_the_nearest_point_counts() -> None:
     )
 
 
-@pytest.mark.parametrize("n", SHAPES)
-def test_design_matrices_are_the_spline(n: int) -> None:
-    spline = random_spline(n)
-    points = points_in(spline)
-    c = spline.coefficients.ravel()
-    _, gradient, hessian = spline.jets(points, 2)
-    designs = spline.basis.gradient_designs(points)
-    assert all(np.all(np.diff(design.indptr) == 4**n) for design in designs)
-    np.testing.assert_allclose(np.column_stack([d @ c for d in designs]), gradient, atol=1e-11)
-    twice = (*(0,) * (n - 1), 2)
-    np.testing.assert_allclose(
-        spline.basis.design(points, twice) @ c, hessian[:, -1, -1], atol=1e-10
-    )
-
-
 def test_bad_bases() -> None:
     for make, word in (
         (lambda: TensorBasis(()), "0 dimensions"),

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as iio
 import mujoco
 import numpy as np
 import pytest
-from PIL import Image
 
 from handsim.errors import MissingToolError, RenderingError
 from handsim.types import Frame
@@ -176,8 +176,7 @@ class Browser:
         """Write a picture of the page and return it."""
         taken = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
         path.write_bytes(base64.b64decode(taken["data"]))
-        with Image.open(path) as image:
-            return np.asarray(image.convert("RGB"))
+        return iio.imread(path, plugin="pillow", mode="RGB")
 
     def requests(self) -> list[str]:
         """Addresses that were asked for, ``data:`` ones apart."""

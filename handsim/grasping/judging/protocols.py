@@ -1,6 +1,6 @@
-"""Judge grasps by a protocol: the task's own rule, or the six-axis test of the grasp it made.
+"""Run grasps and judge them by a protocol: the rule of the task, or the six-axis test.
 
-Force-closure quality is measured of every run beside its success.
+The force-closure quality of every final grasp is measured too.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,20 +22,20 @@ Protocol = Literal["lift", "six-axis"]
 
 
 @dataclass(frozen=True)
-class JudgedRun:
-    """How one run did.
+class RunVerdict:
+    """The verdicts of one run.
 
     Attributes
     ----------
     conditions
-        What it was made with.
+        Of the run.
     outcome
-        By the rule of its task.
+        By the rule of the task.
     epsilon
         Force-closure quality of the final grasp (`handsim.grasping.judging.quality`).
     six_axis, hard
-        By the six-axis protocol, usual and with MuJoCo's own contact settings; None where that
-        was not asked for.
+        By the six-axis test, with its own contact settings and with those of MuJoCo; None where
+        the protocol is another.
     """
 
     conditions: Conditions
@@ -46,12 +46,12 @@ class JudgedRun:
 
     @property
     def success(self) -> bool:
-        """Whether it passed the protocol."""
+        """Whether the run passed the protocol."""
         return (self.six_axis or self.outcome).success
 
     @property
     def reason(self) -> Reason | None:
-        """Why it did not, or None."""
+        """Why the run failed, or None."""
         return (self.six_axis or self.outcome).reason
 
     def as_json(self) -> dict[str, Any]:
@@ -76,19 +76,19 @@ class JudgedRun:
 
 
 @dataclass(frozen=True)
-class JudgedTask:
-    """A task's runs, the nominal one first."""
+class TaskVerdict:
+    """The verdicts of a task, that of the nominal run first."""
 
     task: Task
-    runs: tuple[JudgedRun, ...]
+    runs: tuple[RunVerdict, ...]
 
     @property
-    def nominal(self) -> JudgedRun:
+    def nominal(self) -> RunVerdict:
         """The run in which nothing is perturbed."""
         return self.runs[0]
 
     @property
-    def trials(self) -> tuple[JudgedRun, ...]:
+    def trials(self) -> tuple[RunVerdict, ...]:
         """The perturbed runs."""
         return self.runs[1:]
 
@@ -118,13 +118,13 @@ class JudgedTask:
 
 def judge_run(
     grasp: Grasper, task: Task, conditions: Conditions, protocol: Protocol = "lift"
-) -> tuple[JudgedRun, Rollout]:
+) -> tuple[RunVerdict, Rollout]:
     """Grasp once and judge it."""
     run = grasp(task, conditions)
     six, hard = None, None
     if protocol == "six-axis":
         six, hard = six_axis(run), six_axis(run, hard=True)
-    return JudgedRun(run.conditions, run.outcome, grasp_quality(run), six, hard), run
+    return RunVerdict(run.conditions, run.outcome, grasp_quality(run), six, hard), run
 
 
 def judge_runs(
@@ -135,7 +135,7 @@ def judge_runs(
     *,
     protocol: Protocol = "lift",
     n_jobs: int = 1,
-) -> Iterator[tuple[Task, JudgedRun, Rollout]]:
+) -> Iterator[tuple[Task, RunVerdict, Rollout]]:
     """Grasp every task once as it is and ``n_trials`` times perturbed, in order.
 
     Parameters
@@ -149,7 +149,7 @@ def judge_runs(
     protocol
         What decides success.
     n_jobs
-        Processes at once. What has to be planned is planned before, so that only one process
+        Processes at once. Missing plans are made before the first run, so that only this process
         writes plans.
     """
     if n_jobs > 1 and isinstance(grasp, ControllerGrasper):
@@ -160,7 +160,7 @@ def judge_runs(
         yield task, run, rollout
 
 
-def summarise(results: Sequence[JudgedTask], seconds: float) -> dict[str, Any]:
+def summarise(results: Sequence[TaskVerdict], seconds: float) -> dict[str, Any]:
     """Return what `handsim grasp --task all --json` says."""
     objects = {r.task.object_name for r in results if r.nominal.success}
     said = {

@@ -1,4 +1,4 @@
-"""Force closure of a grasp: how large a disturbance its contacts can resist from any side."""
+"""Force closure of a grasp: how large a disturbance its contacts resist from any direction."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
@@ -10,7 +10,7 @@ from handsim.grasping.rollout.record import Rollout
 from handsim.types import Array
 
 EDGES = 8
-"""Edges of the pyramid that stands for a friction cone."""
+"""Edges of the pyramid that approximates a friction cone."""
 
 
 def ferrari_canny(
@@ -32,13 +32,14 @@ def ferrari_canny(
     centre : (3,) [m]
         About which torques are taken: the object's centre of mass.
     scale
-        Length that makes torques forces, such as the greatest distance of contacts from the centre.
+        Length by which torques are divided, such as the greatest distance of a contact from the
+        centre.
 
     References
     ----------
     C. Ferrari & J. Canny (1992), Planning optimal grasps, IEEE ICRA, 2290-2295.
     """
-    wrenches = []
+    wrenches: list[Array] = []
     for point, normal in zip(points, normals, strict=True):
         helper = np.eye(3)[np.argmin(np.abs(normal))]
         first = np.cross(normal, helper)

@@ -1,10 +1,10 @@
 """The six-axis test of a grasp: forces from six sides, after the DexGraspBench protocol.
 
-A grasp is taken as it is after the squeeze. Gravity, table and the other hand vanish, the object
-weighs 100 g, and a force of 10 m/s^2 times its mass pulls it along each axis of the world for 2 s.
-The protocol has no gravity from the beginning; here the object lies on the table until then. Things
-that are only pressed where they stand (a mouse, a stapler) fail it, as they should: nothing but the
-hand holds them any more.
+The test begins with the state after the squeeze. Gravity, table and the other hand are removed, and
+the mass of the object is set to 100 g. A force of 10 m/s^2 times the mass then pulls the object for
+2 s along each axis of the world in turn. The protocol has no gravity from the start; here the
+object lies on the table until the test begins. Objects that are only pressed onto the table (a
+mouse, a stapler) fail the test, since only the hand holds them then.
 
 References
 ----------
@@ -34,7 +34,7 @@ DURATION, TIMESTEP = 2.0, 0.004
 FRICTION = (0.6, 0.02)
 """Tangential and torsional [m]."""
 MAX_SHIFT, MAX_TURN_DEG = 0.05, 15.0
-"""What the object may move [m] and turn."""
+"""Limits of the displacement [m] and the turn of the object."""
 DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 
 
@@ -79,10 +79,10 @@ def six_axis(rollout: Rollout, *, hard: bool = False) -> SixAxisOutcome:
     Parameters
     ----------
     rollout
-        Of any task; its state after the squeeze is taken. What another hand held (the jar whose
-        lid is turned) it lets go of.
+        Of any task; its state after the squeeze is used. An object that another hand held (the
+        jar whose lid is turned) is released.
     hard
-        With MuJoCo's own contact settings (impratio 1, no noslip iterations), which let things
+        Use MuJoCo's own contact settings (impratio 1, no noslip iterations), with which objects
         creep.
     """
     if rollout.outcome.reason == "unstable":
@@ -101,7 +101,7 @@ def _protocol_model(rollout: Rollout, hard: bool) -> mujoco.MjModel:
     model = rollout.model()
     model.opt.gravity[:] = 0.0
     model.opt.timestep = TIMESTEP
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # divergence is to be seen
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # keep a diverged state
     model.opt.noslip_iterations = 0 if hard else 2
     model.opt.impratio = 1.0 if hard else 10.0
     table = model.geom("table").id
@@ -133,7 +133,7 @@ def _pull(
     shift = turn = depth = 0.0
     for _ in range(round(DURATION / TIMESTEP)):
         mujoco.mj_step(model, data)
-        if not (np.abs(data.qvel) <= MAX_SPEED).all():  # also of what is no number
+        if not (np.abs(data.qvel) <= MAX_SPEED).all():  # NaN too
             return math.inf, math.inf, depth
         shift = max(shift, float(np.linalg.norm(data.xpos[object_id] - pos)))
         turn = max(turn, float(2 * np.arccos(min(1.0, abs(float(data.xquat[object_id] @ quat))))))

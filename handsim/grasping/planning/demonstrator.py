@@ -1,9 +1,9 @@
 """The demonstrator: scripted grasps with all 22 joints, as a person might make them.
 
-A grasp is made of two postures, open and shut, that belong to its kind; the hand closes between
-them to the object's width, and alignment puts the palm. Where that alone does not hold, a few
-numbers found by search adjust it. The recordings that come out of it are synthetic and are called
-so wherever they appear.
+Each kind of grasp has an open and a shut posture (`preshapes`). The hand closes between them to the
+object's width, and its opposition is aligned with the object's (`opposition`). Where that alone
+does not hold, offsets found by a search are added (`demonstrator_offsets`). Recordings of the
+demonstrator are synthetic, and are called so wherever they appear.
 """
 
 from dataclasses import replace
@@ -26,7 +26,7 @@ from handsim.tasks.task import Task
 from handsim.types import Array, Side
 
 RETREAT = 0.16
-"""Distance from which the palm comes [m]."""
+"""Distance between the palm's first pose and its pose at the grasp [m]."""
 
 
 def scripted_plan(
@@ -41,7 +41,7 @@ def scripted_plan(
     hand
         A hand by itself, of the size that is to grasp.
     offsets
-        What is changed of what the kind of grasp gives; by default what was found for the task.
+        Changes of the preshape and the palm; by default those stored for the task.
     side
         The hand's side.
     """
@@ -58,10 +58,10 @@ def scripted_plan(
 
 
 def _retreat(task: Task, palm: Pose) -> Array:
-    """Return where the palm comes from, (3,) [m] in the object frame.
+    """Return from where the palm approaches, (3,) [m], relative to its pose at the grasp.
 
-    Straight against the approach, except for grasps from the side: there the hand comes from
-    behind as well, so that the thumb does not knock the object over.
+    The direction is against the approach. In grasps from the side the hand comes from behind as
+    well, so that the thumb does not knock the object over.
     """
     back = -np.array(task.grasp.approach)
     if task.grasp.kind == "side":

@@ -1,7 +1,7 @@
-"""What a search changes of a scripted grasp, task by task, and where it is kept.
+"""Offsets of scripted grasps by task, and the file that holds them.
 
-Alignment alone holds many objects. For the rest a few numbers are searched; they are data
-(``assets/demonstrations.json``), made again by ``python assets/search_demonstrations.py``.
+Many objects are held without offsets. For the others a search finds them; it is run by ``python
+assets/search_demonstrations.py``, which writes ``assets/demonstrations.json``.
 """
 
 import json
@@ -35,26 +35,26 @@ SPREADS: dict[str, float] = {
     "fingers_mcp": 7.0, "fingers_pip": 7.0, "index_middle_mcp": 5.0,
     "thumb_rotation": 6.0, "thumb_abduction": 6.0, "thumb_mcp": 7.0,
 }  # fmt: skip
-"""Names of the numbers and the step with which a search begins; joints in degrees."""
+"""Names of the offsets and their initial spreads in a search; joints in degrees."""
 
 
 @dataclass(frozen=True)
 class DemonstratorOffsets:
-    """Differences from what the kind of grasp alone gives.
+    """Offsets that are added to the preshape and the palm pose of a grasp.
 
     Attributes
     ----------
     values : (14,)
         In the order and units of `SPREADS`. Displacement and turn (rotation vector) of the palm
-        are in its own frame, a right hand's; joints are added to the open and the shut posture
-        before alignment; ``beyond`` and ``squeeze`` are added to those of the preshape.
+        are in its own frame, for a right hand. Joints are added to the open and the shut posture
+        before alignment. ``beyond`` and ``squeeze`` are added to those of the preshape.
     """
 
     values: tuple[float, ...] = (0.0,) * len(SPREADS)
 
     @classmethod
     def of(cls, point: Array) -> "DemonstratorOffsets":
-        """Make an offsets from a point in units of the spreads."""
+        """Make offsets from a point (14,) in units of the spreads."""
         return cls(tuple((point * np.array(list(SPREADS.values()))).tolist()))
 
     @property
@@ -63,7 +63,7 @@ class DemonstratorOffsets:
         return np.array(self.values) / np.array(list(SPREADS.values()))
 
     def preshape(self, preshape: Preshape) -> Preshape:
-        """Return a preshape with the joints, ``beyond`` and ``squeeze`` adjusted."""
+        """Return a preshape with the offsets added to joints, ``beyond`` and ``squeeze``."""
         added, values = np.zeros(N_JOINTS), dict(zip(SPREADS, self.values, strict=True))
         for name, joints in _JOINTS.items():
             added[[JOINT_INDEX[joint] for joint in joints]] += np.deg2rad(values[name])
@@ -112,7 +112,7 @@ def demonstrator_offsets() -> MappingProxyType[str, DemonstratorOffsets]:
 
 
 def write_demonstrator_offsets(found: dict[str, DemonstratorOffsets], path: Path) -> None:
-    """Write offsets by task, rounded to what can be told apart."""
+    """Write offsets by task, rounded to three decimals."""
     content = {
         task: dict(zip(SPREADS, np.round(found[task].values, 3).tolist(), strict=True))
         for task in sorted(found)

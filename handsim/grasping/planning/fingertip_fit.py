@@ -1,9 +1,9 @@
-"""Place the finger pads of a posture in a subspace around an object as a scripted grasp has them.
+"""Fit a posture in a subspace so that its finger pads stand where a scripted grasp has them.
 
-A posture put through a few principal components keeps its shape roughly and its fingertips not at
-all. Coordinates, palm pose and squeeze are therefore fitted together, without physics: before the
-squeeze the pads should stand where the script has them, or somewhat wider; after it each pad that
-grasps should have gone beyond, so that the object stops it.
+Projecting a posture onto a few principal components keeps its shape roughly but moves its
+fingertips. Coordinates, palm pose and squeeze are therefore fitted together, without physics.
+Before the squeeze the pads should stand where the script has them, or somewhat wider. After the
+squeeze each pad that grasps should have passed its target, so that the object stops it.
 """
 
 from dataclasses import dataclass
@@ -24,19 +24,21 @@ from handsim.types import Array
 IDLE = 0.05
 """Weight of fingers that the grasp does not use."""
 PRESSED = 0.006
-"""How far beyond its fit_fingertips a squeezing pad should want to go [m]."""
+"""How far beyond its target the squeeze should send a pad [m]."""
 WEIGHTS = {"wider": 0.3, "narrower": 1.0, "pressed": 1.0, "approach": 0.6, "across": 0.25}
-"""Of distances along the opposition before the squeeze and missing ones after it, and of those
-along the approach and across both. A hand that arrives too narrow does not come around its
-object."""
+"""Weights of distances between pads and targets.
+
+``wider`` and ``narrower`` are along the opposition before the squeeze. ``pressed`` is what is
+missing along the opposition after the squeeze. The others are along the approach and across both.
+Narrower weighs more, since a hand that arrives too narrow does not get around its object."""
 NORMAL = 0.006
-"""What a unit error of a pad's direction counts for [m]."""
+"""Weight of a unit error of the direction of a pad [m]."""
 POSTURE = 0.003
-"""What a radian between posture and recorded destination counts for [m]."""
+"""Weight of a radian between posture and recorded destination [m]."""
 TURN = 0.008
-"""What a radian between palm and scripted palm counts for [m]."""
+"""Weight of a radian between palm and scripted palm [m]."""
 SQUEEZE = 0.002
-"""What a unit between the factor on the squeeze and the script's counts for [m]."""
+"""Weight of a unit between the factor on the squeeze and that of the script [m]."""
 SQUEEZE_RANGE = (0.3, 2.0)
 
 
@@ -53,11 +55,11 @@ class PadTargets:
         Rows: opposition, approach and across both.
     weight : (5,)
     opposing : (5,)
-        Weights of the pads in what lies between the thumb and the middle of the fingers it faces.
+        Weights with which the pads give the vector from the fingers' mean to the thumb.
     plan
-        The script's.
+        The scripted plan.
     grasp
-        What it grasps.
+        The grasp on the object.
     """
 
     pos: Array
@@ -72,7 +74,7 @@ class PadTargets:
 
 @dataclass(frozen=True)
 class FingertipFit:
-    """What puts the pads near their targets.
+    """Coordinates, palm pose and squeeze with which the pads are near their targets.
 
     Attributes
     ----------
@@ -82,7 +84,7 @@ class FingertipFit:
     squeeze
         Factor on the squeeze layer.
     error
-        Root of the sum of squares of all that was weighed [m].
+        Root of the sum of squares of all weighted residuals [m].
     """
 
     z: Array
@@ -92,7 +94,7 @@ class FingertipFit:
 
 
 def pad_targets(hand: HandModel, plan: GraspPlan, grasp: Grasp) -> PadTargets:
-    """Return where a plan has the pads at the grasp; the thumb and the grasp's fingers count."""
+    """Return where a plan has the pads at the grasp; unused fingers have the weight `IDLE`."""
     pos, normal = _pads_in_palm(hand, plan.q_goal)
     turn = plan.palm.rotation
     used = [finger == "thumb" or finger in grasp.fingers for finger in FINGERS]
@@ -130,8 +132,8 @@ def fit_fingertips(
     box : two of (n_components,) [rad]
         Least and greatest coordinates.
     lever
-        Weight of what lies between thumb and fingers across the opposition after the squeeze:
-        forces that do not meet turn the object away.
+        Weight of the distance between thumb and fingers across the opposition after the squeeze.
+        Forces with such a lever turn the object.
     """
     n = len(z_start)
     plan, full = targets.plan, squeeze_offset(1.0, targets.grasp.fingers)
@@ -175,7 +177,7 @@ def fit_fingertips(
 
 
 def _misses(hand: HandModel, q: Array, palm: Pose, targets: PadTargets) -> tuple[Array, Array]:
-    """Return what is between pads and targets, in fit_fingertips and direction, each (5, 3)."""
+    """Return the differences of pads and targets in position [m] and direction, each (5, 3)."""
     pos, normal = _pads_in_palm(hand, q)
     turn = palm.rotation
     return palm.pos + turn.apply(pos) - targets.pos, turn.apply(normal) - targets.normal

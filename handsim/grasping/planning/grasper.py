@@ -1,4 +1,4 @@
-"""What grasps, and under which conditions."""
+"""Graspers that use a learned controller, and where their plans come from."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,7 +10,7 @@ from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
 from handsim.grasping.planning.plan_store import PlanStore, StoredPlan
 from handsim.grasping.planning.planner import SEEDS, plan_grasp, replayed_plan, run_plan
-from handsim.grasping.pool import in_order, processes
+from handsim.grasping.pool import Pool, processes
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import Scene
 from handsim.hand.mjcf import build_hand
@@ -23,18 +23,19 @@ Grasper = Callable[[Task, Conditions], Rollout]
 """Grasps a task under the given conditions."""
 Mode = Literal["plan", "replay"]
 Note = Callable[[str], None]
-"""Called with a line for people."""
+"""Called with a line of text for people."""
 
 ATTEMPTS = 2
-"""Searches made for a plan before it is taken that none holds. All are made at once, so that the
-same command gives the same answer each time; who raises this has what does not hold searched again.
-"""
+"""Searches for a plan that holds before one that does not is kept and used.
+
+All are made at once, so that the same command gives the same result each time. After this number is
+raised, plans that do not hold are searched again."""
 
 
 def trial_conditions(conditions: Conditions, n_trials: int) -> list[Conditions]:
-    """Return nominal conditions and those of ``n_trials`` perturbed runs.
+    """Return the nominal conditions, then those of ``n_trials`` perturbed runs.
 
-    The perturbed runs have the seeds that follow the nominal one's.
+    The perturbed runs have the seeds after that of the nominal one.
     """
     seeds = range(conditions.seed + 1, conditions.seed + 1 + n_trials)
     return [conditions, *(perturb(conditions, seed) for seed in seeds)]
@@ -49,11 +50,11 @@ class Wanted:
     task, conditions
         What to plan for.
     start
-        A plan to begin with, or None.
+        A plan with which the search begins, or None.
     attempts
-        Searches that were made already and found none that holds.
+        Searches already made that found no plan that holds.
     why
-        What is the matter with the plan that is there; empty where there is none.
+        Why the stored plan is not used; empty where none is stored.
     """
 
     task: Task
@@ -64,7 +65,7 @@ class Wanted:
 
 
 def search_plan(controller: GraspController, wanted: Wanted) -> StoredPlan:
-    """Search until a plan holds or `ATTEMPTS` are made, each with seeds of its own."""
+    """Search until a plan holds or `ATTEMPTS` searches are made, each with seeds of its own."""
     task, conditions = wanted.task, wanted.conditions
     attempts, plan, held = wanted.attempts, wanted.start, False
     while not held and attempts < ATTEMPTS:
@@ -78,9 +79,9 @@ def search_plan(controller: GraspController, wanted: Wanted) -> StoredPlan:
 class ControllerGrasper:
     """Grasps with a learned controller, by plan or by replaying recorded destinations.
 
-    A plan is taken as it is if it was made for the very task, object, hand, schedule and physics
-    (`PlanKey`), and holds or was searched for often enough (`ATTEMPTS`). Any other is where a
-    search begins.
+    A stored plan is used if it was made for the same task, object, hand, schedule and physics
+    (`PlanKey`), and either holds or was searched `ATTEMPTS` times. Any other stored plan is the
+    start of a search.
 
     Attributes
     ----------
@@ -89,15 +90,16 @@ class ControllerGrasper:
     mode
         ``plan`` plans the destination in the subspace, ``replay`` takes the recorded one.
     store
-        Where plans are kept, or None to keep them no longer than the grasper.
+        Where plans are kept, or None to keep them in memory alone.
     hints
-        Plans of other controllers to begin with.
+        Plans of other controllers, with which searches begin.
     shared
-        More plans of this very controller, which are only read.
+        Further plans of this controller, which are only read.
     note
-        Told which plans are made again and why, and which could not be kept.
+        Called with a line for each plan that is made again, with the reason, and for each that
+        could not be stored.
     made
-        Plans made here, by task: they serve even where the store cannot be written.
+        Plans made by this grasper, by task. They are used even where the store cannot be written.
     """
 
     controller: GraspController
@@ -106,10 +108,12 @@ class ControllerGrasper:
     hints: tuple[PlanStore, ...] = ()
     shared: tuple[PlanStore, ...] = ()
     note: Note | None = None
-    made: dict[str, StoredPlan] = field(default_factory=dict, repr=False, compare=False)
+    made: dict[str, StoredPlan] = field(
+        default_factory=dict[str, StoredPlan], repr=False, compare=False
+    )
 
     def __call__(self, task: Task, conditions: Conditions) -> Rollout:
-        """Grasp ``task``; what has to be planned first is planned for nominal conditions."""
+        """Grasp ``task``; a plan that is missing is made first, for nominal conditions."""
         scene = Scene.build(task, conditions)
         plan = self.plan_for(task, scene)
         return run_plan(self.controller, scene, plan)
@@ -123,26 +127,36 @@ class ControllerGrasper:
         found = self.look_up(task, conditions, scene)
         if isinstance(found, GraspPlan):
             return found
-        self.tell_again(found)
+        self._note_again(found)
         return self.keep(task, search_plan(self.controller, found))
 
     def prepare(self, tasks: Sequence[Task], conditions: Conditions, n_jobs: int) -> None:
-        """Plan and store what is not known yet, several tasks at a time."""
+        """Make and store the plans that are missing, in ``n_jobs`` processes."""
         if self.mode == "replay":
             return
-        found = (self.look_up(task, conditions) for task in tasks)
-        wanted = [each for each in found if isinstance(each, Wanted)]
-        for each in wanted:
-            self.tell_again(each)
-        arguments = [(self.controller, each) for each in wanted]
-        searched = in_order(processes(n_jobs), search_plan, arguments)
-        for each, stored in zip(wanted, searched, strict=True):
-            self.keep(each.task, stored)
+        _, missing = self.look_up_all(tasks, conditions)
+        for _ in search_plans([(self, each) for each in missing], processes(n_jobs)):
+            pass
+
+    def look_up_all(
+        self, tasks: Iterable[Task], conditions: Conditions
+    ) -> tuple[dict[str, GraspPlan], list[Wanted]]:
+        """Return the plans that fit, by task, and what has to be searched for the other tasks."""
+        plans: dict[str, GraspPlan] = {}
+        missing: list[Wanted] = []
+        for task in tasks:
+            found = self.look_up(task, conditions)
+            if isinstance(found, Wanted):
+                self._note_again(found)
+                missing.append(found)
+            else:
+                plans[task.name] = found
+        return plans, missing
 
     def look_up(
         self, task: Task, conditions: Conditions, scene: Scene | None = None
     ) -> GraspPlan | Wanted:
-        """Return the plan of a task that fits the hand of the conditions, or what to search.
+        """Return the plan of a task for the hand of the conditions, or what to search.
 
         Parameters
         ----------
@@ -167,8 +181,8 @@ class ControllerGrasper:
         return Wanted(task, usual, start.plan, attempts, _why_not(start, key))
 
     def known(self, tasks: Iterable[Task], conditions: Conditions) -> dict[str, GraspPlan]:
-        """Return the plans that fit, by task; nothing is planned."""
-        plans = {}
+        """Return the plans that fit, by task; none is made."""
+        plans: dict[str, GraspPlan] = {}
         for task in tasks:
             found = self.look_up(task, conditions)
             if isinstance(found, GraspPlan):
@@ -178,13 +192,13 @@ class ControllerGrasper:
         return plans
 
     def read(self) -> dict[str, GraspPlan]:
-        """Return all plans by task, those included that do not hold or fit any more."""
+        """Return all stored plans by task, even those that do not hold or fit."""
         stores = (*reversed(self.shared), *([self.store] if self.store else []))
         plans = {name: plan for store in stores for name, plan in store.read().items()}
         return plans | {name: each.plan for name, each in self.made.items()}
 
     def keep(self, task: Task, stored: StoredPlan) -> GraspPlan:
-        """Keep a plan, in memory alone where the store cannot be written, and return it."""
+        """Store a plan and return it; where the store cannot be written, it stays in memory."""
         self.made[task.name] = stored
         if self.store is not None:
             try:
@@ -193,13 +207,13 @@ class ControllerGrasper:
                 self._tell(f"plan of {task.name} is used, but could not be kept: {error}")
         return stored.plan
 
-    def tell_again(self, wanted: Wanted) -> None:
-        """Say of a plan that is there why it is not taken."""
+    def _note_again(self, wanted: Wanted) -> None:
+        """Note why a stored plan is not used."""
         if wanted.why:
             self._tell(f"plan of {wanted.task.name} {wanted.why}: planned again")
 
     def _entries(self, task: str) -> Iterator[StoredPlan]:
-        """Yield what is known of a task, the latest first."""
+        """Yield the stored plans of a task, the latest first."""
         if task in self.made:
             yield self.made[task]
         for store in (*([self.store] if self.store else []), *self.shared):
@@ -218,8 +232,22 @@ class ControllerGrasper:
             self.note(line)
 
 
+def search_plans(
+    missing: Sequence[tuple[ControllerGrasper, Wanted]], pool: Pool
+) -> Iterator[tuple[int, GraspPlan]]:
+    """Search plans, several at a time, and yield each with its number in ``missing``.
+
+    Each plan is stored where its grasper stores plans, before it is yielded.
+    """
+    arguments = ((i, (grasper.controller, each)) for i, (grasper, each) in enumerate(missing))
+    i: int
+    for i, stored in pool(search_plan, arguments):
+        grasper, wanted = missing[i]
+        yield i, grasper.keep(wanted.task, stored)
+
+
 def _why_not(stored: StoredPlan, key: PlanKey) -> str:
-    """Say why a plan is not taken as it is."""
+    """Say why a stored plan is not used."""
     if stored.key is None:
         return "does not say what it was made for"
     parts = stored.key.differs_in(key)
@@ -229,7 +257,7 @@ def _why_not(stored: StoredPlan, key: PlanKey) -> str:
 
 
 def without_object(recordings: RecordingSet, name: str) -> RecordingSet:
-    """Return the recordings of all other objects, to learn from without having seen it.
+    """Return the recordings of all other objects.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""Put a hand of given posture to an object: alignment of thumb-finger opposition.
+"""Put a hand of given posture to an object by aligning the opposition of thumb and fingers.
 
-Alignment does most of what a search over wrist poses would: the axis from the thumb's pad to the
-fingers' pads is laid along the object's opposition axis, its midpoint on the grasp point, and the
-palm is turned about that axis until it faces along the approach.
+The axis from the thumb's pad to the fingers' pads is laid along the object's opposition axis, with
+its midpoint on the grasp point. The palm is then turned about that axis until it faces along the
+approach. This replaces most of a search over wrist poses.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
@@ -47,8 +47,8 @@ class Opposition:
 def opposition(hand: HandModel, q: Array, grasp: Grasp) -> Opposition:
     """Return the opposition of thumb and the grasp's fingers in posture ``q`` (22,) [rad].
 
-    What is thinner than a finger is pinched half-way between pad and tip, as people do who pick it
-    up from a table.
+    An object thinner than a finger is pinched half-way between pad and tip, as people do when they
+    pick it up from a table.
     """
     hand.set_posture(q)
     palm = palm_pose(hand)
@@ -66,9 +66,9 @@ def opposition(hand: HandModel, q: Array, grasp: Grasp) -> Opposition:
 def align_palm(opposed: Opposition, grasp: Grasp) -> Pose:
     """Return the palm's pose in the object frame that lays the opposition on the grasp.
 
-    A hand that wraps an upright object from the side stays level instead, with its breadth along
-    the object: laying thumb and finger pads at one height would tilt the forearm into the table. So
-    does a hand that rests on an object.
+    For grasps from the side and for a hand that rests on an object, the palm stays level instead,
+    with its breadth along the object. There, pads at one height would tilt the forearm into the
+    table.
     """
     if grasp.kind in ("side", "rest"):
         rotation = Rotation.from_matrix(hand_axes(grasp))
@@ -83,7 +83,7 @@ def align_palm(opposed: Opposition, grasp: Grasp) -> Pose:
 def close_to_width(hand: HandModel, q_open: Array, q_shut: Array, grasp: Grasp) -> Array:
     """Return the posture between two at which thumb and fingers are the grasp's width apart.
 
-    Where the width is never met, the nearer end is returned.
+    Where the width is outside their range, the nearer of both is returned.
     """
 
     def excess(part: float) -> float:

@@ -1,4 +1,4 @@
-"""What a plan was made for: as long as none of it changes, the plan is not made again."""
+"""The key of a plan: what it was made for. The plan is used as long as its key is the same."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
@@ -37,13 +37,12 @@ _CHOICES = {
     "solver": mujoco.mjtSolver,
     "cone": mujoco.mjtCone,
 }
-"""Options that are taken by name, since versions may count them otherwise."""
+"""Options that are hashed by name, since their numbers may differ between versions."""
 _CONTACT = ("friction", "condim", "priority", "solref", "solimp", "margin", "gap", "solmix")
 _ACTUATOR = ("gainprm", "biasprm", "dynprm", "gear", "ctrlrange", "forcerange")
 _JOINT = ("type", "axis", "pos", "range", "stiffness", "solref", "solimp", "margin")
 _DOF = ("damping", "armature", "frictionloss", "solref", "solimp")
-# Neither the poses of meshes nor the axes of inertia: those of round things are whatever the last
-# bit makes them.
+# Poses of meshes and axes of inertia are left out: for round objects they depend on the last bits.
 _BODY = ("mass", "inertia", "ipos")
 _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
 
@@ -52,15 +51,15 @@ _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
 class PlanKey:
     """Digests of all that decides whether a plan fits, apart from the controller.
 
-    They are the same on every machine and under every version of MuJoCo: all numbers are rounded
-    to about six digits (`handsim.digests`), some thousand times coarser than what
-    compilers and libraries make of the last ones, and some thousand times finer than what a grasp
-    would notice: a tenth of a micrometre at the thickness of a finger, a microgram at a pen.
+    They are the same on every machine and under every version of MuJoCo, since all numbers are
+    rounded to about six digits (`handsim.digests`). That is some thousand times coarser than the
+    differences between compilers and libraries. It is some thousand times finer than what changes a
+    grasp: a tenth of a micrometre for the thickness of a finger, a microgram for a pen.
 
     Attributes
     ----------
     task
-        All fields of the task and its rule, for the hand's side, and what counts as held.
+        All fields of the task for the hand's side, its rule, and the limits of the pass rules.
     object
         Surfaces, collision pieces, masses, inertias and hinges.
     hand
@@ -68,8 +67,8 @@ class PlanKey:
     schedule
         Durations of the phases.
     physics
-        Options of the solver, contacts, actuators, the hold of the forearm, and what is no part of
-        a model: the glove and the squeeze layer.
+        Options of the solver, contacts, actuators, the weld of the forearm, and two parts outside
+        the model: the glove and the squeeze layer.
     """
 
     task: str
@@ -85,7 +84,7 @@ class PlanKey:
 
 
 def planned_for(conditions: Conditions) -> Conditions:
-    """Return what is planned for: the hand of the conditions, and all else as usual."""
+    """Return the conditions that are planned for: the hand of the given ones, otherwise nominal."""
     return Conditions(hand=conditions.hand)
 
 
@@ -98,23 +97,24 @@ def key_for(task: Task, conditions: Conditions, scene: Scene | None = None) -> P
         For a right hand.
     conditions
     scene
-        Of the task under these conditions, if it is built already: where nothing is perturbed it
-        is the one that is planned for, and no other needs to be compiled.
+        Of the task under these conditions, if it is built already. Where nothing in it is
+        perturbed, it need not be compiled again.
     """
-    seen = replace(conditions, seed=0, nominal=True, shake=0.0)  # what makes no other scene
-    if scene is not None and seen == planned_for(conditions):
+    # Seed and shake do not change the scene.
+    of_scene = replace(conditions, seed=0, nominal=True, shake=0.0)
+    if scene is not None and of_scene == planned_for(conditions):
         return key_of(scene)
     return _usual_key(task, task.object, conditions.hand)
 
 
 @lru_cache(maxsize=256)
 def _usual_key(task: Task, grasp_object: GraspObject, hand: HandSize) -> PlanKey:
-    """Build the scene that is planned for and return its key."""
+    """Build the nominal scene of a hand and return its key."""
     return key_of(Scene.build(task, Conditions(hand=hand)))
 
 
 def key_of(scene: Scene) -> PlanKey:
-    """Return the key of plans for what is on a scene, which is to be nominal."""
+    """Return the key of plans for a nominal scene."""
     model, task = scene.hand.model, scene.task
     return PlanKey(
         task=content_digest(task_content(task), MAX_PENETRATION, TRACE_HEIGHT),
@@ -126,13 +126,13 @@ def key_of(scene: Scene) -> PlanKey:
 
 
 def task_content(task: Task) -> dict[str, Any]:
-    """Return all that a task is by name, but for an object of its own (`object_content`)."""
+    """Return all fields of a task by name, except its own object (see `object_content`)."""
     names = (each.name for each in fields(task))
     return {name: getattr(task, name) for name in names if name != "own_object"}
 
 
 def object_content(grasp_object: GraspObject) -> dict[str, Any]:
-    """Return all of an object that a grasp can feel, with meshes for the names of their files."""
+    """Return all of an object that changes a grasp, with meshes in place of file names."""
     links = [(link.hinge, _shapes(link.pieces, link.colliders)) for link in grasp_object.links]
     return {
         "symmetry": grasp_object.symmetry,
@@ -153,7 +153,7 @@ def _shapes(pieces: Iterable[Piece], colliders: Iterable[Collider]) -> list[tupl
 
 
 def _moved(model: mujoco.MjModel, root: str) -> dict[str, Rows]:
-    """Return masses and joints of all that hangs on a body."""
+    """Return masses and joints of a body and all bodies below it."""
     bodies = _of(model, root)
     joints, dofs = bodies[model.jnt_bodyid], bodies[model.dof_bodyid]
     return {
@@ -164,7 +164,7 @@ def _moved(model: mujoco.MjModel, root: str) -> dict[str, Rows]:
 
 
 def _places(model: mujoco.MjModel, root: str) -> dict[str, Rows]:
-    """Return where the parts of a body are, but for where it is itself, and what they are like."""
+    """Return poses and shapes of the parts of a body, without the pose of the body itself."""
     bodies = _of(model, root)
     inner = bodies.copy()
     inner[model.body(root).id] = False
@@ -177,7 +177,7 @@ def _places(model: mujoco.MjModel, root: str) -> dict[str, Rows]:
 
 
 def _physics(model: mujoco.MjModel) -> dict[str, Any]:
-    """Return how things move, touch and are driven; not how many things there are."""
+    """Return options, contacts and actuators of a model; each kind of contact counts once."""
     touching = (model.geom_contype | model.geom_conaffinity) != 0
     contact = _rows(model, "geom", _CONTACT, touching).values()
     weld = model.equality("forearm_weld")
@@ -186,7 +186,7 @@ def _physics(model: mujoco.MjModel) -> dict[str, Any]:
     return {
         **options,
         **choices,
-        "disabled": model.opt.disableflags & ~NO_SENSORS,  # which runs switch off and on
+        "disabled": model.opt.disableflags & ~NO_SENSORS,  # a run switches sensors off and on
         "contacts": _kinds(contact),
         "holds": _kinds((model.eq_solref, model.eq_solimp)),
         "forearm": (weld.data, weld.solref),
@@ -195,18 +195,18 @@ def _physics(model: mujoco.MjModel) -> dict[str, Any]:
 
 
 def _of(model: mujoco.MjModel, root: str) -> npt.NDArray[np.bool_]:
-    """Whether bodies hang on the one of that name, or are it."""
+    """Return which bodies are the one of that name or below it, (nbody,)."""
     return np.asarray(model.body_rootid == model.body(root).id)
 
 
 def _rows(
     model: mujoco.MjModel, kind: str, names: Iterable[str], rows: npt.NDArray[np.bool_]
 ) -> dict[str, Rows]:
-    """Return chosen rows of a model's arrays by name; arrays that no version lacks."""
+    """Return chosen rows of arrays of a model, by name; every version has these arrays."""
     return {f"{kind}_{name}": getattr(model, f"{kind}_{name}")[rows] for name in names}
 
 
 def _kinds(columns: Iterable[Rows]) -> Rows:
-    """Return the rows that differ, each once: how many things share one does not count."""
+    """Return the different rows, each once, regardless of how many objects share one."""
     table = np.column_stack([np.reshape(column, (len(column), -1)) for column in columns])
     return np.unique(rounded(table), axis=0)

@@ -1,4 +1,4 @@
-"""Plans on disk: what has been planned once is not planned again."""
+"""Plans on disk, so that no plan is searched twice."""
 
 import hashlib
 import json
@@ -18,16 +18,16 @@ from handsim.types import Array
 
 SCHEMA = 2  # 1: postures in degrees, neither destinations in the subspace nor keys; still read
 MAX_VALUE = 1000.0
-"""Bound on every number of a plan, which are metres, radians (before, degrees) and factors."""
+"""Bound on every number of a plan: metres, radians (in schema 1, degrees) and factors."""
 MAX_COMPONENTS = 5
-"""Of a destination in a subspace."""
+"""Greatest number of coordinates of a destination in a subspace."""
 
 _Stored = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class StoredPlan:
-    """A plan, what it was made for, and what came of it.
+    """A plan, what it was made for, and whether it holds.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class StoredPlan:
     key
         What it was made for; None where a file of schema 1 does not say.
     attempts
-        How many searches were made for it, each with seeds of its own.
+        Number of searches made for it, each with seeds of its own.
     """
 
     plan: GraspPlan
@@ -50,7 +50,7 @@ class StoredPlan:
 class PlanStore:
     """Plans kept in one JSON file, by task, for one controller and one hand.
 
-    Numbers are written so that they come back to the bit.
+    Every bit of a number is kept.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class PlanStore:
     owner: str = ""
 
     def entries(self) -> dict[str, StoredPlan]:
-        """Return what is stored by task, also what does not hold or fit any more.
+        """Return what is stored, by task, even plans that do not hold or fit.
 
         Raises
         ------
@@ -84,7 +84,7 @@ class PlanStore:
         return {name: each.plan for name, each in self.entries().items()}
 
     def add(self, task: str, stored: StoredPlan) -> None:
-        """Keep a plan in place of the one that is there; those of other tasks stay.
+        """Store a plan of a task in place of an earlier one.
 
         Raises
         ------
@@ -141,7 +141,7 @@ _UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, R
 def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> PlanStore:
     """Return the store, in a folder, of a controller's plans for the hand of the conditions.
 
-    The file's name is that of its owner, so that the files of several lie beside each other.
+    The file is named after its owner, so that the files of several owners lie in one folder.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Find the palm pose and the destination in the subspace with which a controller grasps.
 
-A posture put through a few principal components no longer touches where it touched: the fingertips
-move. So the coordinates are first fitted to where a scripted grasp has the finger pads
-(`fingertip_fit`), beginning at each recorded destination. The best few are tried in the physics
-that they will be used in. Where none holds with room to spare, a search goes on from there.
+Projecting a posture onto a few principal components moves its fingertips. The coordinates are
+therefore first fitted so that the finger pads stand where a scripted grasp has them
+(`fingertip_fit`), starting from each recorded destination. The best fits are run in physics. Where
+none holds with room to spare, an evolutionary search starts from the best of them.
 """
 
 from dataclasses import replace
@@ -17,7 +17,7 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.planning.demonstrator import scripted_plan
-from handsim.grasping.planning.fingertip_fit import fit_fingertips, pad_targets
+from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips, pad_targets
 from handsim.grasping.planning.search import (
     WORST,
     cost_of,
@@ -33,33 +33,37 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
+from handsim.learning.demonstration import Demonstration
 from handsim.tasks.task import Task
 from handsim.types import Array
 
 GENERATIONS = 14
 SEARCHES = 3
-"""Starts that are searched from, one after the other, until the nominal try holds."""
+"""Largest number of starts that are searched from, until a nominal run holds."""
 SEEDS = SEARCHES + 1
-"""Seeds that one planning may use, one after the other: the searches', and the whole hold's."""
+"""Seeds that `plan_grasp` may use: one for each search, and one for the full hold time."""
 N_PERTURBED = 2
-"""Perturbed tries of every plan whose nominal try holds."""
-N_PLACEMENTS = 3
-"""Placements of each kind that are tried in physics."""
+"""Perturbed runs of every plan whose nominal run holds."""
+N_FITS = 3
+"""Fits for each of `LEVERS` that are run in physics."""
 LEVERS = (0.0, 0.7)
-"""Weights of the lever between thumb and fingers, one for each kind of placement: what is wide is
-held without, what is thin turns away with any."""
+"""Weights of the lever between thumb and fingers in a fit (`fit_fingertips`).
+
+Wide objects are held by fits without it. Thin objects turn away where there is a lever at all."""
 ARRIVALS = (0.6, 0.85)
-"""Fractions of the reach at which the palm may be in place: a hand that opens little on its
-learned path has to be there sooner."""
+"""Fractions of the reach at which the palm is in place, each of which is tried.
+
+A hand that opens little on its learned path has to be there sooner."""
 DISTINCT = np.deg2rad(5.0)
-"""Distance between placements' coordinates below which they are taken for the same [rad]."""
+"""Distance of coordinates below which two fits count as the same [rad]."""
 UNFAMILIAR = 0.002
-"""How much worse a placement from another task's destination counts [m]."""
+"""Added to the error of a fit that starts from the destination of another task [m]."""
 EDGE = 0.08
-"""Share of the workspace along each component, at either end, where no destination is put: about
-the layer in which beta falls to zero."""
+"""Share of the workspace along each component, at either end, without destinations.
+
+It is about the layer in which beta falls to zero."""
 NOMINAL_FAILS = 1 + WORST
-"""Least mean cost of a plan whose nominal try fails (`search.mean_cost`)."""
+"""Least mean cost of a plan whose nominal run fails (`search.mean_cost`)."""
 NO_WAY = 10.0
 """Cost of a destination that the navigation function cannot lead to."""
 STEPS = {
@@ -74,7 +78,7 @@ ARRIVAL_RANGE = (0.4, 0.95)
 
 
 def replayed_plan(controller: GraspController, scene: Scene, hand: HandModel) -> GraspPlan:
-    """Return the plan that takes the recorded destination as it is, palm pose by the script."""
+    """Return a plan with the recorded destination and the palm pose of the scripted plan."""
     scripted, _ = scripted_plan(scene.task, hand, side=scene.conditions.hand.side)
     recorded = controller.demonstration(scene.task.name)
     return replace(scripted, q_goal=recorded.q_goal)
@@ -89,7 +93,7 @@ def plan_grasp(
     generations: int = GENERATIONS,
     seed: int = 0,
 ) -> tuple[GraspPlan, Rollout]:
-    """Search a plan and return it with the nominal run that shows what it does.
+    """Search a plan and return it with its nominal run.
 
     Parameters
     ----------
@@ -100,12 +104,12 @@ def plan_grasp(
     conditions
         Nominal conditions to plan for.
     known
-        A plan to try first. Without ``z_goal``, as one of another controller is to be, it leads
-        to the projection of its posture.
+        A plan to try first. A plan of another controller must come without ``z_goal``; its
+        destination is then the projection of its posture.
     generations
-        Of the search where nothing tried at first holds with room to spare.
+        Of the search, which is made where no start holds with room to spare.
     seed
-        Of the search, which takes `SEEDS` from there on.
+        First of the `SEEDS` seeds that the search may use.
 
     Returns
     -------
@@ -141,7 +145,7 @@ def run_plan(
 
 
 class _Search:
-    """What is tried and varied, and what it costs."""
+    """The starts of a search, their variations, and what each costs."""
 
     def __init__(self, controller: GraspController, task: Task, conditions: Conditions) -> None:
         self.controller = controller
@@ -156,59 +160,59 @@ class _Search:
         self.box = (low + margin, high - margin)
 
     def starts(self) -> list[GraspPlan]:
-        """Return the best placements of each kind, with the palm in place sooner or later."""
+        """Return plans by the best fits with each lever, each with every arrival."""
         taken: list[Array] = []
-        plans = []
+        plans: list[GraspPlan] = []
         for lever in LEVERS:
-            plans += self._placed(lever, taken)
+            plans += self._fitted(lever, taken)
         return [replace(plan, arrive=arrive) for plan in plans for arrive in ARRIVALS]
 
-    def _placed(self, lever: float, taken: list[Array]) -> list[GraspPlan]:
-        """Return the best placements whose coordinates are not ``taken``, and add theirs."""
+    def _fitted(self, lever: float, taken: list[Array]) -> list[GraspPlan]:
+        """Return plans by the best fits whose coordinates are not ``taken``, and add theirs."""
         subspace = self.controller.subspace
         targets = pad_targets(self.hand, self.scripted, self.task.grasp)
-        placed = []
+        fits: list[tuple[float, FingertipFit, Demonstration]] = []
         for record in self.controller.demonstrations:
-            placement = fit_fingertips(self.hand, subspace, targets, record.z_goal, self.box, lever)
+            fit = fit_fingertips(self.hand, subspace, targets, record.z_goal, self.box, lever)
             familiar = 0.0 if record.task == self.task.name else UNFAMILIAR
-            placed.append((placement.error + familiar, placement, record))
+            fits.append((fit.error + familiar, fit, record))
         plans: list[GraspPlan] = []
-        for _, placement, record in sorted(placed, key=lambda each: each[0]):
-            if any(np.linalg.norm(placement.z - z) < DISTINCT for z in taken):
+        for _, fit, record in sorted(fits, key=lambda each: each[0]):
+            if any(np.linalg.norm(fit.z - z) < DISTINCT for z in taken):
                 continue
-            taken.append(placement.z)
+            taken.append(fit.z)
             plans.append(
                 replace(
                     self.scripted,
-                    palm=placement.palm,
+                    palm=fit.palm,
                     q_start=clip_to_range(record.q_start),
-                    **self._destination(placement.z),
-                    squeeze=placement.squeeze,
+                    **self._destination(fit.z),
+                    squeeze=fit.squeeze,
                 )
             )
-            if len(plans) == N_PLACEMENTS:
+            if len(plans) == N_FITS:
                 break
         return plans
 
     def aimed(self, plan: GraspPlan) -> GraspPlan:
-        """Return a plan with its destination in this controller's subspace."""
+        """Return a plan whose destination is given in the subspace of this controller."""
         return plan if plan.z_goal is not None else replace(plan, z_goal=self._goal(plan))
 
     def _goal(self, plan: GraspPlan) -> Array:
-        """Return where a plan leads to, (n_components,) [rad]."""
+        """Return the destination of a plan in the subspace, (n_components,) [rad]."""
         if plan.z_goal is not None:
             return plan.z_goal
         return self.controller.subspace.transform(plan.q_goal)
 
     def _destination(self, z: Array) -> dict[str, Array]:
-        """Return a destination as fields of a plan: in the subspace, and as a posture."""
+        """Return a destination as fields of a plan: coordinates and posture."""
         return {
             "z_goal": z,
             "q_goal": clip_to_range(self.controller.subspace.inverse_transform(z)),
         }
 
     def from_start(self, start: GraspPlan, generations: int, seed: int) -> tuple[float, GraspPlan]:
-        """Search around a plan; returns the least cost met and its plan, ``start`` included."""
+        """Search around a plan; return the least cost found and its plan. ``start`` counts too."""
         cost, point = minimise(
             lambda x: self.cost(self.varied(start, x)),
             np.zeros(self.size),
@@ -218,7 +222,7 @@ class _Search:
         return cost, self.varied(start, point)
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
-        """Return a plan displaced by ``point`` (size,), in units of the initial spreads."""
+        """Return a plan changed by ``point`` (size,), in units of `STEPS`."""
         n = len(self.controller.subspace.components_)
         z = np.clip(self._goal(plan) + STEPS["z"] * point[:n], *self.box)
         turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
@@ -237,6 +241,6 @@ class _Search:
     def _cost_on(self, scene: Scene, plan: GraspPlan) -> float:
         try:
             self.controller.navigation.check_goal(self._goal(plan))
-        except InputError:  # too far from what was recorded
+        except InputError:  # the navigation function refuses it
             return NO_WAY
         return cost_of(run_plan(self.controller, scene, plan, brief=True), self.task)

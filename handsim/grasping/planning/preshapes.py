@@ -1,7 +1,7 @@
 """Open and shut postures of each kind of grasp, between which the hand closes to an object's width.
 
-The angles are choices, tried on the objects; the signs and sizes follow what people show: an
-opposed thumb, MCP joints that lead in a grasp from above and PIP joints that lead in a wrap.
+The angles were chosen and tried on the objects. Their signs and sizes follow what people do: the
+thumb is opposed, MCP joints lead in a grasp from above, and PIP joints lead in a wrap.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from handsim.objects.grasp import Grasp
 from handsim.types import Array
 
 PINCHED = 0.015
-"""Width below which a thing is pinched between fingertips [m]."""
+"""Width below which an object is pinched between fingertips [m]."""
 LONG_FINGERS = ("index", "middle", "ring", "little")
 
 
@@ -58,11 +58,11 @@ class Preshape:
     ----------
     open, shut : (22,) [rad]
     beyond
-        How much farther than to the object's width the fingers are sent, as a part of the way
-        from open to shut: the object stops them, wherever it is exactly.
+        How much farther than to the object's width the fingers are commanded to close, as a
+        fraction of the way from open to shut. The object stops them.
     sink
-        How far the palm is brought beyond alignment along the approach [m], so that the fingers
-        close behind the middle of what they wrap.
+        How far beyond its aligned pose the palm is moved along the approach [m], so that the
+        fingers close behind the middle of the object.
     squeeze
         Factor on the squeeze layer.
     """
@@ -116,9 +116,10 @@ PINCH = Preshape(
     ),
     beyond=0.1,
 )  # fmt: skip
-"""From above, of what is thinner than a finger. By inverse kinematics: thumb and three fingertips
-face each other, their distal segments sloping by 45 deg, and meet on a straight line; so do those
-of the tripod."""
+"""A grasp from above of an object thinner than a finger.
+
+The angles, like those of the tripod, come from inverse kinematics: thumb and fingertips face each
+other with their distal segments at 45 deg, and meet on a straight line."""
 
 PRESHAPES: dict[str, Preshape] = {
     "side": Preshape(
@@ -198,11 +199,11 @@ PRESHAPES: dict[str, Preshape] = {
         squeeze=0.0,
     ),
 }  # fmt: skip
-"""By kind of grasp."""
+"""Preshapes by kind of grasp."""
 
 
 def preshape_for(grasp: Grasp) -> Preshape:
-    """Return the closing of a grasp, by its kind and by whether it is a pinch."""
+    """Return the preshape of a grasp, by its kind and width."""
     if grasp.kind == "top" and grasp.width < PINCHED:
         return PINCH
     return PRESHAPES[grasp.kind]

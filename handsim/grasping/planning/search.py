@@ -1,4 +1,4 @@
-"""What a try at a grasp costs, and a small evolutionary search over tries."""
+"""The cost of a run in a search for a plan, and an evolutionary search that minimises it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,30 +12,30 @@ from handsim.tasks.task import Task
 from handsim.types import Array
 
 ENOUGH = -0.4
-"""Mean cost at which a search ends: held in every try, with room left in every limit."""
+"""Mean cost at which a search ends: every run holds, well within every limit."""
 SEARCH_SEED = 1000
-"""Seed of the first perturbed try of a search, far from those that trials are given."""
+"""Seed of the first perturbed run of a search, far from the seeds of trials."""
 WORST = 5.0
-"""About the most that a failure costs."""
+"""About the greatest cost of a failure."""
 SEARCH_HOLD = 1.0
-"""Time held in a search [s]; what is found is then judged by the rule itself."""
+"""Time that a search holds the object [s]; the plan found is then tested by the task's own rule."""
 
 
 def shortened(task: Task) -> Task:
-    """Return a task that holds its object for no longer than a search needs."""
+    """Return a task that holds its object for at most `SEARCH_HOLD`."""
     return replace(task, rule=replace(task.rule, hold=min(task.rule.hold, SEARCH_HOLD)))
 
 
 def tried_conditions(nominal: Conditions, n_perturbed: int) -> list[Conditions]:
-    """Return the conditions that a search tries: the nominal ones and some perturbed."""
+    """Return the conditions of the runs of a search: the nominal ones, then perturbed ones."""
     return [nominal, *(perturb(nominal, SEARCH_SEED + i) for i in range(n_perturbed))]
 
 
 def cost_of(rollout: Rollout, task: Task) -> float:
-    """Cost of a run for a search: at least 1 where it failed, -1 to 0 where it held.
+    """Return the cost of a run: at least 1 where it failed, -1 to 0 where it held.
 
-    A failure costs less the longer it held and the nearer it came; a success is worth what is
-    left of the limits on slip and tilt.
+    A failure costs less the longer it held and the more of the task it did. A success costs less
+    the farther slip and tilt are below their limits.
     """
     outcome, rule = rollout.outcome, task.rule
     slip = min(outcome.peak_slip_m / rule.slip, 5.0)
@@ -52,10 +52,10 @@ def cost_of(rollout: Rollout, task: Task) -> float:
 
 
 def mean_cost(costs_in_turn: Sequence[Callable[[], float]]) -> float:
-    """Return the mean cost of tries, the nominal one first.
+    """Return the mean cost of runs, of which the nominal one is the first.
 
-    After a nominal failure no more are made and the cost is above that of any that fails only when
-    perturbed; after three failures the rest is taken to fail as those did.
+    After a nominal failure no other run is made; the cost is then above that of any plan that fails
+    only when perturbed. After three failures the other runs count as failures of the same cost.
     """
     costs: list[float] = []
     for cost in costs_in_turn:
@@ -78,18 +78,18 @@ def minimise(
     seed: int = 0,
     enough: float = ENOUGH,
 ) -> tuple[float, Array]:
-    """Minimise a cost by CMA-ES from ``start``, in units of the initial spreads.
+    """Minimise a cost by CMA-ES from ``start``, in units of the initial spreads (n,).
 
     Returns
     -------
     float, (n,)
-        The least cost met and where; the start itself counts.
+        The least cost found, and its point; the start counts too.
 
     References
     ----------
     N. Hansen & A. Ostermeier (2001), Evol. Comput. 9(2):159-195.
     """
-    best = (cost(start), start)
+    best: tuple[float, Array] = (cost(start), start)
     options = {
         "seed": seed + 1,  # 0 would mean a seed from the clock
         "popsize": population,

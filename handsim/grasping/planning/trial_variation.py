@@ -1,4 +1,4 @@
-"""How people's movements differ from trial to trial: where they begin and how long they take."""
+"""How a person's reach differs from trial to trial: its first posture and its duration."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,10 @@ from handsim.joints import JOINT_INDEX, JOINTS, clip_to_range
 from handsim.types import Array
 
 SPREAD_REST_DEG = {"curl": 6.0, "thumb_rotation": 7.0, "thumb_abduction": 4.0, "wrist_flexion": 5.0}
-"""Standard deviations of the relaxed hand; ``curl`` is that of all MCP and PIP flexions together,
-as fingers at rest curl together. Choices of the order of what hands at rest show."""
+"""Standard deviations of the relaxed posture [deg].
+
+``curl`` moves all MCP and PIP flexions together, as fingers at rest curl together. The values are
+chosen, of the order of what hands at rest show."""
 REACH_RANGE = (1.0, 1.45)
 """Durations of reaches to graspable objects [s] (Jeannerod 1984: about 0.8 to 1.2 s until contact;
 here closing is included)."""
@@ -20,7 +22,7 @@ PEAK_APERTURE_RANGE = (0.56, 0.68)
 
 @dataclass(frozen=True)
 class TrialVariation:
-    """What one trial has of its own.
+    """Posture and timing of one trial.
 
     Attributes
     ----------
@@ -44,7 +46,9 @@ USUAL = TrialVariation(REST)
 def trial_variation(seed: int) -> TrialVariation:
     """Return the variation of a trial; the same seed gives the same."""
     generator = np.random.default_rng([seed, 22])
-    off = {name: generator.normal(0.0, np.deg2rad(s)) for name, s in SPREAD_REST_DEG.items()}
+    off: dict[str, float] = {
+        name: generator.normal(0.0, np.deg2rad(s)) for name, s in SPREAD_REST_DEG.items()
+    }
     rest = REST.copy()
     for index, joint in enumerate(JOINTS):
         curls = joint.finger not in (None, "thumb") and joint.name.endswith(("mcp", "pip"))

@@ -1,4 +1,4 @@
-"""Read what a sweep goes through from a TOML file.
+"""Read the specification of a sweep from a TOML file.
 
 ::
 
@@ -15,14 +15,14 @@
     count = 50
     seed = 1
 
-Only ``tasks`` has to be there. Files are relative to the folder of the TOML file.
+Only ``tasks`` is required. Files are relative to the folder of the TOML file.
 """
 
 import tomllib
 from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from handsim.errors import FileError, InputError
 from handsim.files import read_text
@@ -42,12 +42,12 @@ SIDES = ("right", "left")
 
 
 def read_sweep(path: Path) -> SweepSpec:
-    """Read a sweep; nothing unknown, of a wrong type or out of range gets through.
+    """Read a sweep; keys that are unknown and values of a wrong type or out of range are refused.
 
     Raises
     ------
     FileError
-        If it cannot be read or does not say what can be swept; names file, key, value and remedy.
+        If it cannot be read, or a key or value is refused.
     """
     try:
         content = tomllib.loads(read_text(path))
@@ -123,7 +123,7 @@ def _seeds(key: str, value: Any) -> tuple[int, ...]:
 
 
 def _population(key: str, value: Any) -> tuple[SweepHand, ...]:
-    tables = [value] if isinstance(value, dict) else value
+    tables = [cast("object", value)] if isinstance(value, dict) else value
     return tuple(
         hand
         for table in _list(key, tables, dict, "tables of sex, count and seed")
@@ -167,10 +167,11 @@ def _check_keys(table: dict[str, Any], known: tuple[str, ...], where: str) -> No
 def _list(key: str, value: Any, kind: Any, said: str) -> tuple[Any, ...]:
     if not isinstance(value, list):
         raise InputError(f"{key} is {_shown(value)}; give a list of {said}")
-    for each in value:
+    items = cast("list[Any]", value)
+    for each in items:
         if not isinstance(each, kind) or isinstance(each, bool):
             raise InputError(f"{key} holds {_shown(each)}; give {said}")
-    return tuple(value)
+    return tuple(items)
 
 
 def _number(key: str, value: Any, kind: Any) -> Any:

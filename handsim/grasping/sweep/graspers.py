@@ -1,4 +1,4 @@
-"""What grasps in each run of a sweep: the script, or a controller with a plan for every hand."""
+"""What grasps in each run of a sweep: the demonstrator, or a controller with its plans."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from handsim.digests import content_digest
 from handsim.errors import FileError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
-from handsim.grasping.planning.grasper import ControllerGrasper, Grasper, Wanted, search_plan
+from handsim.grasping.planning.grasper import ControllerGrasper, Grasper, Wanted, search_plans
 from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.pool import Pool
 from handsim.grasping.rollout.compiled_scene import Scene
@@ -22,14 +22,14 @@ from handsim.types import Progress
 
 @dataclass(frozen=True)
 class Source:
-    """A controller of a sweep, or the script.
+    """A controller of a sweep, or the demonstrator.
 
     Attributes
     ----------
     digest
-        Of all that decides what it does.
+        Of all that decides how it grasps.
     grasper
-        Makes what grasps with the hand of the conditions.
+        Makes the grasper for the hand of the conditions.
     """
 
     digest: str
@@ -38,14 +38,14 @@ class Source:
 
 @dataclass(frozen=True)
 class Planned:
-    """Grasps one task by its plan; all that a process elsewhere needs."""
+    """Grasps one task by its plan, with all that another process needs."""
 
     controller: GraspController
     plan: GraspPlan
 
     @property
     def digest(self) -> str:
-        """Of the plan."""
+        """Digest of the plan."""
         return _digest(self.plan)
 
     def __call__(self, task: Task, conditions: Conditions) -> Rollout:
@@ -54,6 +54,7 @@ class Planned:
 
 
 _Hand = tuple[str, str, str]
+"""Controller, size and side, which decide where plans are stored."""
 
 
 class SweepGraspers:
@@ -68,54 +69,52 @@ class SweepGraspers:
     """
 
     def __init__(self, spec: SweepSpec, sources: Mapping[str, Source], table: ResultsTable) -> None:
-        self._by_hand: dict[_Hand, Grasper] = {}
+        self._graspers: dict[_Hand, Grasper] = {}
         self._plans: dict[_Hand, dict[str, GraspPlan]] = {}
-        missing: dict[tuple[_Hand, str], SweepRun] = {}
+        self._missing: list[tuple[_Hand, ControllerGrasper, Wanted]] = []
+        first: dict[_Hand, dict[str, SweepRun]] = {}
         for run in spec.runs():
             if run.number not in table:
-                missing.setdefault((_hand(run), run.task.name), run)
-        self._wanted: list[tuple[SweepRun, Wanted]] = []
-        for run in missing.values():
-            if _hand(run) not in self._by_hand:
-                self._by_hand[_hand(run)] = sources[run.controller].grasper(run.usual)
-                grasper = self._planning(run)
-                self._plans[_hand(run)] = grasper.read() if grasper else {}
-            self._look_up(run)
+                first.setdefault(_hand(run), {}).setdefault(run.task.name, run)
+        for hand, by_task in first.items():
+            usual = next(iter(by_task.values())).usual
+            grasper = self._graspers[hand] = sources[hand[0]].grasper(usual)
+            if isinstance(grasper, ControllerGrasper) and grasper.mode == "plan":
+                tasks = [run.task for run in by_task.values()]
+                self._plans[hand] = grasper.read()
+                plans, missing = grasper.look_up_all(tasks, usual)
+                self._plans[hand] |= plans
+                self._missing += [(hand, grasper, each) for each in missing]
 
     @property
-    def unplanned(self) -> list[SweepRun]:
-        """A run for each controller, hand, side and task that has no plan that fits."""
-        return [run for run, _ in self._wanted]
+    def n_unplanned(self) -> int:
+        """Number of plans that are missing, over all controllers, hands, sides and tasks."""
+        return len(self._missing)
 
     def __getitem__(self, run: SweepRun) -> Grasper:
         """Return what grasps in a run."""
-        grasper = self._planning(run)
-        if grasper is None:
-            return self._by_hand[_hand(run)]
-        return Planned(grasper.controller, self._plans[_hand(run)][run.task.name])
+        grasper = self._graspers[_hand(run)]
+        if isinstance(grasper, ControllerGrasper) and grasper.mode == "plan":
+            return Planned(grasper.controller, self._plans[_hand(run)][run.task.name])
+        return grasper
 
     def plan(self, pool: Pool, progress: Progress | None = None) -> None:
-        """Make the plans that are missing and keep them where the controllers keep plans."""
-        n = len(self._wanted)
-        arguments = (
-            (i, (self._controller(run), wanted)) for i, (run, wanted) in enumerate(self._wanted)
-        )
-        for done, (i, stored) in enumerate(pool(search_plan, arguments), start=1):
-            run, _ = self._wanted[i]
-            grasper = self._planning(run)
-            assert grasper is not None
-            self._plans[_hand(run)][run.task.name] = grasper.keep(run.task, stored)
+        """Make the plans that are missing and store them where the controllers store plans."""
+        wanted = [(grasper, each) for _, grasper, each in self._missing]
+        for done, (i, plan) in enumerate(search_plans(wanted, pool), start=1):
+            hand, _, each = self._missing[i]
+            self._plans[hand][each.task.name] = plan
             if progress:
-                progress(done / n)
-        self._wanted = []
+                progress(done / len(wanted))
+        self._missing = []
 
     def check(self, table: ResultsTable) -> None:
-        """Check that rows in a table were made by the plans of now.
+        """Check that the rows of a table were made by the present plans.
 
         Raises
         ------
         FileError
-            If a plan is another.
+            If a row was made by another plan.
         """
         for row in table.rows():
             plans = self._plans.get((row["controller"], row["hand"], row["side"]), {})
@@ -125,29 +124,6 @@ class SweepGraspers:
                     f"{table.path}: holds rows by another plan of {row['task']} than "
                     f"{row['controller']} has now; choose another output, or delete it"
                 )
-
-    def _planning(self, run: SweepRun) -> ControllerGrasper | None:
-        grasper = self._by_hand[_hand(run)]
-        if isinstance(grasper, ControllerGrasper) and grasper.mode == "plan":
-            return grasper
-        return None
-
-    def _look_up(self, run: SweepRun) -> None:
-        """Find the plan of a run, or note what is to be planned."""
-        grasper = self._planning(run)
-        if grasper is None:
-            return
-        found = grasper.look_up(run.task, run.usual)
-        if isinstance(found, GraspPlan):
-            self._plans[_hand(run)][run.task.name] = found
-            return
-        grasper.tell_again(found)
-        self._wanted.append((run, found))
-
-    def _controller(self, run: SweepRun) -> GraspController:
-        grasper = self._planning(run)
-        assert grasper is not None
-        return grasper.controller
 
 
 def check_plans(spec: SweepSpec, sources: Mapping[str, Source]) -> None:
@@ -166,10 +142,10 @@ def check_plans(spec: SweepSpec, sources: Mapping[str, Source]) -> None:
 
 
 def _digest(plan: GraspPlan) -> str:
-    """Return eight hexadecimal digits that tell plans apart, but not by their last bits."""
+    """Return eight hexadecimal digits of a plan; its last bits do not count."""
     return content_digest(plan)[:8]
 
 
 def _hand(run: SweepRun) -> _Hand:
-    """Return what decides where plans are: controller, hand and side."""
+    """Return controller, hand and side of a run."""
     return run.controller, run.hand.name, run.side

@@ -1,4 +1,4 @@
-"""Many grasps: tasks, controllers, hands and conditions in all combinations, as rows of a table."""
+"""Run a sweep: many grasps, each of which becomes a row of a table."""
 
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, fields
@@ -17,7 +17,7 @@ from handsim.types import Progress
 
 @dataclass(frozen=True)
 class SweepRow:
-    """One run of a sweep; lengths in m, angles in deg, times in s; ``plan`` tells plans apart."""
+    """One run of a sweep; lengths in m, angles in deg, times in s; ``plan`` is a plan's digest."""
 
     controller: str
     task: str
@@ -44,10 +44,10 @@ COLUMNS: tuple[str, ...] = tuple(field.name for field in fields(SweepRow))
 
 
 def sweep_key(spec: SweepSpec, sources: Mapping[str, Source]) -> str:
-    """Return what distinguishes the rows of a sweep: values, controllers and versions.
+    """Return the key of a sweep: a digest of its values, controllers and versions.
 
-    Tasks and objects count as they are, not by their names; numbers without their last digits
-    (`handsim.digests`), so that a sweep goes on on another machine.
+    Tasks and objects count by their content, not by their names. Numbers are rounded
+    (`handsim.digests`), so that a sweep can be continued on another machine.
     """
     content = {
         **vars(spec),
@@ -74,16 +74,16 @@ def sweep(
     graspers
         With all plans made.
     table
-        Open; rows are added as they come, and put in order at the end.
+        Open; rows are appended as they come, and sorted at the end.
     pool
-        What does the work.
+        In which the runs are made.
     progress
-        Called with the fraction of all rows that is there.
+        Called with the fraction of all rows that are done.
 
     Raises
     ------
     FileError
-        If rows in the table were made by other plans.
+        If rows of the table were made by other plans.
     HandsimError
         If workers are lost for good; all rows done are kept.
     """
@@ -98,7 +98,7 @@ def sweep(
 
 
 def _row(grasp: Grasper, run: SweepRun, versions: dict[str, str]) -> SweepRow:
-    """Make a run; where another version would make it, nothing is made."""
+    """Make a run, but not where the versions differ from those of the sweep."""
     if _versions() != versions:
         raise HandsimError(
             f"a worker has {_versions()}, and this machine {versions}; install the same"
@@ -129,6 +129,6 @@ def _row(grasp: Grasper, run: SweepRun, versions: dict[str, str]) -> SweepRow:
 
 
 def _versions() -> dict[str, str]:
-    """Return the versions that decide what comes out, to the last digit."""
+    """Return the versions on which every digit of a row depends."""
     versions = current_versions()
     return {name: versions[name] for name in ("handsim", "mujoco")}

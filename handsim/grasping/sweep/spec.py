@@ -1,4 +1,4 @@
-"""What a sweep goes through: tasks, controllers, hands and conditions in all combinations."""
+"""The specification of a sweep: tasks, controllers, hands and conditions, all combined."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,12 +14,12 @@ from handsim.types import HandSize, Side
 DEMONSTRATOR = "demonstrator"
 BUILT_IN = "built-in"
 MAX_RUNS = 1_000_000
-"""Their rows are kept in memory, some 300 bytes each."""
+"""Limit of a sweep, whose rows are kept in memory, some 300 bytes each."""
 
 
 @dataclass(frozen=True)
 class SweepHand:
-    """A size of hand by a name for the table; lengths in m."""
+    """A hand size with its name in the table; lengths in m."""
 
     name: str
     length: float
@@ -43,7 +43,7 @@ def hand_preset(name: str) -> SweepHand:
 
 
 def sampled_hands(sex: Sex, count: int, seed: int = 0) -> tuple[SweepHand, ...]:
-    """Draw hands from a population, to a tenth of a millimetre as they would be measured.
+    """Draw hands from a population; sizes are rounded to 0.1 mm, the precision of a measurement.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def sampled_hands(sex: Sex, count: int, seed: int = 0) -> tuple[SweepHand, ...]:
 
 @dataclass(frozen=True)
 class SweepRun:
-    """One run of a sweep, and its number in the order of all."""
+    """One run of a sweep, and its number in the order of all runs."""
 
     number: int
     controller: str
@@ -74,12 +74,12 @@ class SweepRun:
 
     @property
     def usual(self) -> Conditions:
-        """The hand, and nothing else out of the ordinary: what is planned for."""
+        """Nominal conditions of the hand, for which plans are made."""
         return Conditions(hand=self.hand.size(self.side))
 
     @property
     def conditions(self) -> Conditions:
-        """Of the run: seed 0 is nominal, all others are perturbed."""
+        """Conditions of the run: seed 0 is nominal, all others are perturbed."""
         conditions = perturb(self.usual, self.seed) if self.seed else self.usual
         asked = {"friction": self.friction, "mass_scale": self.mass_scale}
         return replace(conditions, **{name: v for name, v in asked.items() if v is not None})
@@ -87,26 +87,27 @@ class SweepRun:
 
 @dataclass(frozen=True)
 class SweepSpec:
-    """What a sweep goes through, in all combinations.
+    """The values of a sweep, which are run in all combinations.
 
     Attributes
     ----------
     tasks
     controllers
-        Names: ``built-in``, ``demonstrator``, or what the caller calls its controllers.
+        Names: ``built-in``, ``demonstrator``, or names that the caller gives its controllers.
     hands
     sides
     frictions
-        Of the hand; None is the usual one in nominal runs and drawn in perturbed ones.
+        Of the hand; None is the default in nominal runs and a random value in perturbed ones.
     mass_scales
-        Factors on the object's mass; None is 1 in nominal runs and drawn in perturbed ones.
+        Factors on the object's mass; None is 1 in nominal runs and a random value in perturbed
+        ones.
     seeds
         0 is a nominal run, all others are perturbed.
 
     Raises
     ------
     InputError
-        If one is empty, holds a value twice or one that is not simulated, or the runs are too many.
+        If one is empty, holds a value twice or one out of range, or if the runs are too many.
     """
 
     tasks: tuple[Task, ...]
@@ -144,7 +145,7 @@ class SweepSpec:
         return n
 
     def runs(self) -> Iterator[SweepRun]:
-        """Go through all combinations in their order."""
+        """Yield all combinations in their order."""
         combined = product(
             self.controllers, self.hands, self.sides, self.tasks, self.frictions,
             self.mass_scales, self.seeds,

@@ -1,4 +1,4 @@
-"""What came out of a sweep: rates by controller and task."""
+"""Summary of a sweep: success rates by controller and task."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ class Rates:
     Attributes
     ----------
     nominal, nominal_held
-        Runs, and those that held.
+        Numbers of nominal runs, and of those that held.
     trials, successes
-        The same of the perturbed ones.
+        Numbers of perturbed runs, and of those that held.
     reasons
-        Why nominal ones failed, each reason once.
+        Why nominal runs failed, each reason once.
     """
 
     nominal: int
@@ -55,7 +55,7 @@ class Rates:
         }
 
     def in_a_cell(self) -> str:
-        """Return them in a few characters."""
+        """Return the rates as text for a cell of a table."""
         if self.nominal == 1:
             nominal = ["held" if self.nominal_held else self.reasons[0]]
         else:
@@ -63,7 +63,7 @@ class Rates:
         return ", ".join(nominal + ([f"{self.successes}/{self.trials}"] if self.trials else []))
 
     def in_words(self) -> str:
-        """Return them with the interval."""
+        """Return the rates as text, with Wilson's interval."""
         low, high = wilson_interval(self.successes, self.trials)
         rate = 100 * self.successes / max(self.trials, 1)
         perturbed = f"perturbed {rate:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
@@ -73,7 +73,7 @@ class Rates:
 
 
 def rates(rows: Iterable[Row]) -> dict[str, dict[str, Rates]]:
-    """Return rates by controller, then by task, in the order of the rows; last ``all`` tasks."""
+    """Return rates by controller, then by task, in the order of the rows; the last is ``all``."""
     grouped: dict[str, dict[str, list[Row]]] = {}
     for row in rows:
         of_controller = grouped.setdefault(row["controller"], {})
@@ -86,10 +86,11 @@ def rates(rows: Iterable[Row]) -> dict[str, dict[str, Rates]]:
 
 
 def results_table(rows: Iterable[Row]) -> str:
-    """Return a Markdown table of tasks against controllers, rates of all tasks in its last line."""
+    """Return a Markdown table of tasks and controllers; its last row is the rates of all tasks."""
     found = rates(rows)
     lines = [f"| task | {' | '.join(found)} |", f"|---|{'---|' * len(found)}"]
-    tasks = [task for task in next(iter(found.values()), {}) if task != "all"]
+    first = next(iter(found.values()), dict[str, Rates]())
+    tasks = [task for task in first if task != "all"]
     for task in tasks:
         cells = (of_task[task].in_a_cell() for of_task in found.values())
         lines.append(f"| {task} | {' | '.join(cells)} |")

@@ -1,15 +1,15 @@
-"""The table that a sweep fills: rows come in as they are done, and none is lost or written twice.
+"""The table of results of a sweep: a CSV file that can be continued after any interruption.
 
-It is a CSV file whose first column says of which sweep a row is and whose second numbers the run.
-Each row is appended as it is done. Whatever ends the work, the file holds whole lines and at most
-one that was cut off, which is dropped when the work goes on. Once all are there they are put in
-order, so that the file does not tell how often it was interrupted.
+The first column is the key of the sweep, the second the number of the run. Each row is appended as
+soon as its run is done. However the work ends, the file holds whole lines and at most one that was
+cut off, which is dropped when the work goes on. When all rows are there they are sorted, so that
+an interrupted sweep gives the same file as an undisturbed one.
 """
 
 import csv
 import io
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -19,9 +19,9 @@ from handsim.errors import FileError
 from handsim.files import check_target, write_text
 
 KEYS = ("sweep", "run")
-"""Columns that stand before those of the rows."""
+"""Columns before those of the results."""
 MAX_LINE = 64 * 1024
-"""Longer lines are none of ours [bytes]."""
+"""Longest line of a table [bytes]; a file with longer ones is refused."""
 
 
 class ResultsTable:
@@ -36,7 +36,7 @@ class ResultsTable:
         self._stream: BinaryIO | None = None
 
     def __contains__(self, number: int) -> bool:
-        """Whether the row of a run is there."""
+        """Whether the table has the row of a run."""
         return number in self._lines
 
     def __len__(self) -> int:
@@ -49,7 +49,7 @@ class ResultsTable:
         yield from csv.DictReader(text)
 
     def add(self, number: int, values: Sequence[Any]) -> None:
-        """Append the row of a run; it is on the disk when this returns."""
+        """Append the row of a run; when this returns, it is on the disk."""
         if number in self._lines:
             return
         line = _line([self.sweep, number, *values])
@@ -57,7 +57,7 @@ class ResultsTable:
         self._lines[number] = line
 
     def complete(self) -> None:
-        """Put the rows in order if all are there; the file is replaced as a whole."""
+        """Sort the rows if all are there; the file is replaced as a whole."""
         in_order = list(self._lines) == sorted(self._lines)
         if len(self._lines) < self.n_runs or in_order:
             return
@@ -65,7 +65,7 @@ class ResultsTable:
         write_text(self.path, self.header + "".join(ordered))
 
     def read(self, stream: BinaryIO) -> None:
-        """Read what is there, drop a line that was cut off, and go on after it."""
+        """Read the rows of a file, drop a line that was cut off, and append after it."""
         self._stream = stream
         end = 0
         while line := stream.readline(MAX_LINE):
@@ -79,13 +79,15 @@ class ResultsTable:
             self._append(self.header)
 
     def _append(self, line: str) -> None:
-        """Write a line to the end of the file, or nothing of it."""
+        """Append a line to the file; where that fails, nothing of it stays there."""
         assert self._stream is not None
         file = self._stream.fileno()
         before, rest = os.fstat(file).st_size, line.encode()
         with naming(self.path):
             try:
-                while rest:  # without a buffer, which would be tried again as the file is closed
+                while (
+                    rest
+                ):  # without a buffer, which would be written again when the file is closed
                     rest = rest[os.write(file, rest) :]
                 os.fsync(file)
             except OSError:
@@ -97,7 +99,7 @@ class ResultsTable:
             raise self._foreign()
 
     def _take(self, line: bytes, *, first: bool) -> None:
-        """Keep the line of a row, if it is one of this sweep."""
+        """Take the line of a row, if it belongs to this sweep."""
         if first:
             if line != self.header.encode():
                 raise self._foreign()
@@ -128,14 +130,14 @@ class ResultsTable:
 @contextmanager
 def open_table(
     path: Path, sweep: str, columns: Sequence[str], n_runs: int
-) -> Iterator[ResultsTable]:
-    """Open a results table to go on with it; it appears if it is not there.
+) -> Generator[ResultsTable, None, None]:
+    """Open a results table to append to it; it is made if it does not exist.
 
     Parameters
     ----------
     path
     sweep
-        What distinguishes this sweep from all others.
+        Key of the sweep, which no other sweep has.
     columns
         Names of the values of a row.
     n_runs
@@ -144,8 +146,8 @@ def open_table(
     Raises
     ------
     FileError
-        If it cannot be written, is no such table, holds rows of another sweep or damaged ones, or
-        another sweep is writing to it.
+        If it cannot be written, is no such table, holds damaged rows or those of another sweep, or
+        if another sweep is writing to it.
     """
     check_target(path)
     if path.is_symlink() or (path.exists() and not path.is_file()):
@@ -157,10 +159,10 @@ def open_table(
 
 
 @contextmanager
-def _locked(path: Path) -> Iterator[BinaryIO]:
-    """Open a file to read and append, for this process alone for as long as it is open."""
+def _locked(path: Path) -> Generator[BinaryIO, None, None]:
+    """Open a file to read and append, locked by this process as long as it is open."""
     while True:
-        # The lock goes with the process, however it ends, and its children do not have it.
+        # The lock ends with this process, however it ends; child processes do not inherit it.
         with naming(path):
             file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         stream = os.fdopen(file, "r+b")
@@ -169,13 +171,13 @@ def _locked(path: Path) -> Iterator[BinaryIO]:
             if path.exists() and os.path.samestat(os.fstat(stream.fileno()), path.stat()):
                 yield stream
                 return
-        # Another sweep had it and has just put a complete table in its place.
+        # Another sweep had the lock and has just replaced the file by its sorted table.
 
 
 def _lock(stream: BinaryIO, path: Path) -> None:
     try:
         import fcntl
-    except ImportError:  # Windows: nobody watches there
+    except ImportError:  # Windows has no such locks
         return
     try:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,9 +1,10 @@
-"""What movements between like ends have in common.
+"""Averages of movements whose ends are near to each other.
 
-People do not repeat themselves: how a movement departs from the straight segment between its ends
-depends partly on the ends and partly on chance. Chance differs between movements whose ends are
-neighbours, so a recording is replaced by a weighted mean of their departures on its own ends:
-a kernel regression over start and destination (Nadaraya 1964, Theory Probab. Appl. 9(1):141-142).
+How a movement departs from the straight segment between its ends depends partly on the ends and
+partly on chance. Chance differs between movements with neighbouring ends. Therefore a recording is
+replaced by the weighted mean of their departures, added to its own segment: a kernel regression
+over start and destination (Nadaraya 1964, Theory Probab. Appl. 9(1):141-142). The paper does not
+average.
 """
 
 import numpy as np
@@ -13,12 +14,12 @@ from handsim.navigation.paths import N_COMPARED, at_arc_length
 from handsim.reproducible import exact_product
 from handsim.types import Array
 
-_OWN = 1.0  # further weight of a recording itself, so that it counts twice where it has company
+_OWN = 1.0  # added to the weight of a recording in its own mean, which then is 2
 _AT_ONCE = 500  # recordings whose weights are held in memory together
 
 
 def averaged(paths: list[Array], reach: float) -> list[Array]:
-    """Return paths (100, n) from the same starts to the same ends, averaged over their likes.
+    """Return paths (100, n) with the same ends, averaged over paths with ends near to them.
 
     Parameters
     ----------

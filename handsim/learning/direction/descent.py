@@ -1,9 +1,9 @@
 """The descent condition as a constraint of learning: (z - z_goal) . grad chi < limit.
 
 Held by an augmented Lagrangian on points of the workspace (Nocedal and Wright 2006, ch. 17):
-minimise cost + weight * mean(max(0, excess + shift)^2), then shift <- max(0, excess + shift). Where
-the certificate must hold exactly, points are added at which it does not, and what is left
-at the end is taken away by scaling chi: the condition is linear in it.
+minimise cost + weight * mean(max(0, excess + shift)^2), then shift <- max(0, excess + shift). For
+a certified fit, points are added at which the condition does not hold yet. If it still fails at the
+end, chi is scaled down until it holds, which is possible since the condition is linear in chi.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from handsim.reproducible import dot, dots, total
 from handsim.types import Array
 
 LIMIT = 2.0 - 1e-3
-"""What a certified field stays under; the proof needs 2."""
+"""Greatest value of (z - z_goal) . grad chi in a certified field; the proof needs less than 2."""
 
 
 class DescentCondition:

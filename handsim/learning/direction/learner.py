@@ -4,8 +4,9 @@ With beta = beta_0 exp(k chi) the flow points along
 
     w = grad chi + grad(ln beta_0) / k - grad(ln gamma_d),
 
-with gamma_d in a metric that depends on the destination (`attraction`). The learner minimises, by
-the coefficients of chi and the parameters of the metric,
+with gamma_d in a metric that depends on the destination (`navigation.metric`). w is -grad phi of
+Eq. (2) of the paper but for a positive factor. The learner minimises, by the coefficients of chi
+and the parameters of the metric,
 
     mean over samples of 1 - cos(angle between w and the wanted direction)
     + smoothness |second differences of the coefficients|^2 + ridge |coefficients|^2
@@ -13,28 +14,35 @@ the coefficients of chi and the parameters of the metric,
     + descent    mean over the workspace of max(0, worst (z - z_goal) . grad chi - (2 - margin))^2
 
 where the last is the condition under which the distance to the destination falls everywhere, for
-every metric (`descent`, `certificate`); a certified fit holds it as a constraint instead. In
-rounds, the fit so far is rolled out, its points are led back (`samples`), and it is fitted again.
-Recordings are averaged with those between near ends first (`averaging`).
+every metric (`descent`, `navigation.certificate`); a certified fit holds it as a constraint
+instead. Several times the fit so far is rolled out, the points of the roll-outs are added with
+vectors that lead to the recordings (`samples`), and it is fitted again. Before all this, each
+recording is averaged with those between near ends (`averaging`).
 
-The paper matches velocities instead (`pde_fit`); here the exponent and all speeds drop out.
+The paper matches velocities instead, Eq. (8) (`learning.pde`); here the exponent and all speeds
+drop out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Self, get_args
 
 import numpy as np
 
-from handsim.errors import InputError
+from handsim.learning.base import Estimator, check_paths
 from handsim.learning.direction.averaging import averaged
 from handsim.learning.direction.descent import DescentCondition, box_corners
 from handsim.learning.direction.metric_model import Attraction, MetricModel
-from handsim.learning.direction.samples import Samples, recorded_samples, rolled_out_samples
+from handsim.learning.direction.samples import recorded_samples, rolled_out_samples
 from handsim.learning.fit.designs import JetDesign
-from handsim.learning.fit.lbfgs import Iteration, minimise
+from handsim.learning.fit.field_samples import FieldSamples
+from handsim.learning.fit.history import History, Iteration
+from handsim.learning.fit.lbfgs import minimise
+from handsim.learning.fit.smoothness import second_differences
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.flow import FlowPath, follow
-from handsim.navigation.function import NavigationFunction
+from handsim.navigation.function import NavigationFunction, check_exponent
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
 from handsim.navigation.workspace import KnotRule, lay_basis
@@ -49,22 +57,7 @@ _ROLLOUT_STEP = np.deg2rad(2.0)
 _PHI_START = 0.9  # greatest phi at a recorded start: fixes the free constant of chi
 
 
-@dataclass(frozen=True)
-class History:
-    """Convergence of a fit, one entry an iteration (the panels of the paper's Fig. 3).
-
-    Attributes
-    ----------
-    cost, gradient_norm, change : (n_iterations,)
-        Cost, norm of its gradient, norm of the change of the coefficients.
-    """
-
-    cost: Array
-    gradient_norm: Array
-    change: Array
-
-
-class DirectionLearner:
+class DirectionLearner(Estimator):
     """Learner of navigation functions from paths, by their directions.
 
     Parameters
@@ -148,17 +141,33 @@ class DirectionLearner:
         self.knot_rule: KnotRule = knot_rule
         self.seed = seed
 
-    def fit(self, paths: list[Array], progress: Progress | None = None) -> "DirectionLearner":
-        """Learn from recorded paths (n_i, n) in the subspace [rad], each ending at its destination.
+    def fit(
+        self,
+        paths: Sequence[Array],
+        times: Sequence[Array] | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> Self:
+        """Learn from recorded paths in the subspace, each ending at its destination.
+
+        Parameters
+        ----------
+        paths
+            (n_i, n) [rad].
+        times
+            Ignored: directions do not depend on time.
+        progress
+            Called with the fraction done.
 
         Raises
         ------
         InputError
-            If there are no paths, they do not move along a dimension, or k is less than 2.
+            If there are no paths, they do not move along a dimension, or a parameter is out of its
+            range.
         """
         began = perf_counter()
-        if not paths:
-            raise InputError("0 paths to learn from; give at least 1")
+        self._check()
+        paths = check_paths(paths)
         rng = np.random.default_rng(self.seed)
         basis, width = lay_basis(paths, self.shape, self.degree, self.knot_rule)
         paths = averaged(paths, self.averaging * _spread(paths))
@@ -182,11 +191,18 @@ class DirectionLearner:
         self.cost_start_, self.cost_end_ = cost_start, cost_end
         self.n_iterations_ = len(history)
         self.n_coefficients_ = basis.n_coefficients
-        self.history_ = History(*np.array(history).reshape(-1, 3).T)
+        self.history_ = History.of(history)
         self.seconds_ = perf_counter() - began
         if progress:
             progress(1.0)
         return self
+
+    def _check(self) -> None:
+        none_negative = ("smoothness", "ridge", "descent", "margin", "metric_ridge", "averaging")
+        least = dict.fromkeys(none_negative, 0.0) | {"degree": 1, "n_refinements": 0}
+        rules = get_args(KnotRule)
+        self.check_parameters(least | {"n_iterations": 0, "seed": 0}, {"knot_rule": rules})
+        check_exponent(self.k)
 
 
 @dataclass(frozen=True)
@@ -259,9 +275,9 @@ class _Problem:
         return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.flat.width)
 
     def solve(
-        self, x: Array, samples: Samples, n_iterations: int, history: list[Iteration]
+        self, x: Array, samples: FieldSamples, n_iterations: int, history: list[Iteration]
     ) -> tuple[Array, float, float]:
-        """Minimise from ``x`` on; returns the unknowns and the costs before and after."""
+        """Minimise from ``x`` on; return the unknowns and the costs before and after."""
         design = JetDesign(self.basis, samples.points)
         closure = self.flat.closure(samples.points)[1] / self.k
         attraction = Attraction(self.metric_model, samples.points, samples.goals)
@@ -272,8 +288,8 @@ class _Problem:
             flow = design(c)[1].T + closure - pull
             length = norms(flow)
             unit = flow / length
-            cosine = dots(unit, samples.wanted)[:, None]
-            slope = (cosine * unit - samples.wanted) / (length * len(unit))
+            cosine = dots(unit, samples.vectors)[:, None]
+            slope = (cosine * unit - samples.vectors) / (length * len(unit))
             descent, descent_slope = self.descent(c)
             bend, bend_slope = second_differences(c.reshape(self.basis.shape))
             value = float(mean(1.0 - cosine)[0]) + descent
@@ -306,19 +322,3 @@ def _n_descent(basis: TensorBasis) -> int:
     """Points for the descent condition, fewer where each touches very many coefficients."""
     n = len(basis.shape)
     return min(_N_DESCENT, 2_000_000 // (n * (basis.degree + 1) ** n))
-
-
-def second_differences(c: Array) -> tuple[float, Array]:
-    """Return the sum of squared second differences along every dimension, and its gradient by c.
-
-    The P-spline penalty of Eilers and Marx (1996), Stat. Sci. 11(2):89-121.
-    """
-    value, gradient = 0.0, np.zeros_like(c)
-    for axis in range(c.ndim):
-        along, by_along = np.moveaxis(c, axis, 0), np.moveaxis(gradient, axis, 0)
-        bend = along[2:] - 2.0 * along[1:-1] + along[:-2]
-        value += dot(bend.ravel(), bend.ravel())
-        by_along[2:] += 2.0 * bend
-        by_along[1:-1] -= 4.0 * bend
-        by_along[:-2] += 2.0 * bend
-    return value, gradient

@@ -1,4 +1,4 @@
-"""Parameters of the metric of destinations, for learners: to the metrics and back the gradient.
+"""The metric of destinations as a function of parameters, and its gradient, for learners.
 
 ln M(z_goal) = sum_j f_j(z_goal) sum_b p_jb E_b, with E_b an orthonormal basis of the symmetric
 matrices without trace (a factor of M drops out of the flow) and features f of the destination: 1,
@@ -131,7 +131,7 @@ def _which(different: Array, goals: Array) -> npt.NDArray[np.int64]:
 
 def traceless_symmetric(n: int) -> Array:
     """Return an orthonormal basis (n (n + 1) / 2 - 1, n, n) of symmetric matrices of trace 0."""
-    basis = []
+    basis: list[Array] = []
     for i in range(n):
         for j in range(i):
             matrix = np.zeros((n, n))

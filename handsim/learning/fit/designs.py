@@ -1,7 +1,7 @@
 """Splines at fixed points as a linear function of their coefficients, there and back.
 
-What `TensorBasis.design` holds as sparse matrices, without them: their products are compiled, and
-whether a product and a sum are rounded once or twice is up to the compiler. Here each step is one
+A sparse matrix would hold the same function. But products with sparse matrices are compiled, and
+the compiler decides whether a product and a sum are rounded once or twice. Here each step is one
 array operation (`reproducible`), dimension by dimension, which is also less work than all
 products of basis functions.
 """

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from handsim.learning.fit.history import Iteration
 from handsim.reproducible import dot
 from handsim.types import Array
 
@@ -21,14 +22,6 @@ Cost = Callable[[Array], tuple[float, Array]]
 _MEMORY = 20
 _DECREASE, _CURVATURE = 1e-4, 0.9  # of the strong Wolfe conditions
 _MAX_TRIALS = 20  # evaluations in one line search
-
-
-class Iteration(NamedTuple):
-    """What one iteration came to: cost, norm of the gradient, length of the step."""
-
-    cost: float
-    gradient_norm: float
-    change: float
 
 
 @dataclass(frozen=True)
@@ -111,7 +104,7 @@ def minimise(
 def _times_inverse_hessian(gradient: Array, steps: list[tuple[Array, Array, float]]) -> Array:
     """Algorithm 7.4: the gradient times the inverse Hessian that the latest steps tell of."""
     q = gradient.copy()
-    shares = []
+    shares: list[float] = []
     for s, y, curvature in reversed(steps):
         shares.append(dot(s, q) / curvature)
         q -= shares[-1] * y

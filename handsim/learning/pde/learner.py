@@ -30,17 +30,19 @@ is asked to lead back.
 Lengths are in units of 100 deg while learning, since gamma_d^k spans many decades.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import Literal
+from typing import Literal, Self, get_args
 
 import numpy as np
 
 from handsim.errors import InputError
-from handsim.learning.direction.learner import History, second_differences
-from handsim.learning.fit.lbfgs import Iteration, minimise
+from handsim.learning.base import Estimator, check_paths
+from handsim.learning.fit.field_samples import FieldSamples
+from handsim.learning.fit.history import History, Iteration
+from handsim.learning.fit.lbfgs import minimise
+from handsim.learning.fit.smoothness import second_differences
 from handsim.learning.pde.problem import (
-    Experiments,
     Functional,
     beside,
     boundary_points,
@@ -49,7 +51,7 @@ from handsim.learning.pde.problem import (
     vanishing_on_boundary,
 )
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
-from handsim.navigation.function import NavigationFunction
+from handsim.navigation.function import NavigationFunction, check_exponent
 from handsim.navigation.obstacle import SplineObstacle
 from handsim.navigation.workspace import KnotRule, lay_basis
 from handsim.reproducible import dot, norms
@@ -65,7 +67,7 @@ _REACH = 2.5
 _MAX_HALVINGS = 40
 
 
-class PDELearner:
+class PDELearner(Estimator):
     """Learner of navigation functions by the paper's PDE.
 
     Parameters
@@ -165,15 +167,17 @@ class PDELearner:
 
     def fit(
         self,
-        paths: list[Array],
-        times: list[Array] | None = None,
+        paths: Sequence[Array],
+        times: Sequence[Array] | None = None,
+        *,
         progress: Progress | None = None,
-    ) -> "PDELearner":
-        """Learn from recorded paths (n_i, n) in the subspace [rad], each ending at its destination.
+    ) -> Self:
+        """Learn from recorded paths in the subspace, each ending at its destination.
 
         Parameters
         ----------
         paths
+            (n_i, n) [rad].
         times
             (n_i,) [s], needed for ``speed="measured"``.
         progress
@@ -182,15 +186,12 @@ class PDELearner:
         Raises
         ------
         InputError
-            If there are no paths, they do not move along a dimension, k is less than 2, or times
-            are missing.
+            If there are no paths, they do not move along a dimension, a parameter is out of its
+            range, or times are missing.
         """
         began = perf_counter()
-        if not paths:
-            raise InputError("0 paths to learn from; give at least 1")
-        if not self.k >= 2:
-            raise InputError(f"k = {self.k:g}; give 2 or more")
-        scaled = [np.asarray(path, dtype=float) / _UNIT for path in paths]
+        self._check()
+        scaled = [path / _UNIT for path in check_paths(paths)]
         basis, _ = lay_basis(scaled, self.shape, self.degree, self.knot_rule, reach=_REACH)
         experiments = asked = self._experiments(scaled, times)
         if self.corridor:
@@ -217,13 +218,24 @@ class PDELearner:
         self._conclude(functional, experiments, goals, c)
         self.cost_end_ = cost(x)[0]
         self.n_iterations_ = len(trace.log)
-        columns = np.array(trace.log).reshape(-1, 3).T
-        self.history_ = History(*columns)
+        self.history_ = History.of(trace.log)
         self.coefficients_history_ = np.array(trace.points).reshape(len(trace.points), len(x))
         self.seconds_ = perf_counter() - began
         return self
 
-    def _experiments(self, paths: list[Array], times: list[Array] | None) -> Experiments:
+    def _check(self) -> None:
+        least = {"beta_floor": 0.0, "step": 0.0, "phi_max": 0.0, "cut": 0.0, "smoothness": 0.0}
+        words = {
+            "solver": get_args(Solver),
+            "speed": get_args(Speed),
+            "knot_rule": get_args(KnotRule),
+        }
+        self.check_parameters(least | {"degree": 1, "n_iterations": 0, "seed": 0}, words)
+        if len(self.weights) != 4:
+            raise InputError(f"weights {self.weights!r}; give 4, of J_PDE, J_sp, J_dp and J_bn")
+        check_exponent(self.k)
+
+    def _experiments(self, paths: list[Array], times: Sequence[Array] | None) -> FieldSamples:
         if self.speed == "remaining":
             return remaining_speeds(paths, self.phi_max, self.cut)
         if times is None:
@@ -231,7 +243,7 @@ class PDELearner:
         return measured_speeds(paths, times, self.phi_max, self.cut)
 
     def _conclude(
-        self, functional: "Functional", experiments: Experiments, goals: Array, c: Array
+        self, functional: "Functional", experiments: FieldSamples, goals: Array, c: Array
     ) -> None:
         """Check Eq. (4) and (5) and turn the coefficients into a navigation function in rad."""
         basis = functional.basis

@@ -1,53 +1,51 @@
-"""The paper's inverse problem: the experiments E, the functional J and what surrounds it.
+"""The paper's inverse problem: the experiments E, the functional J, the boundary conditions.
 
-Eq. (8), on recorded points x with velocities u and destinations q_d,
+Eq. (3) asks that u = -grad phi on recorded points x with velocities u and destinations q_d. Solved
+for grad beta (Eqs. 6 and 7) and with phi of Eq. (2) this is Eq. (8),
 
     grad beta = (k u / gamma_d) (gamma_d^k + beta)^(1/k + 1) + (k grad gamma_d / gamma_d) beta
 
-and its least-squares form J of Sec. V-B.2. Corrections to the paper are listed in `pde_fit`.
+and its least-squares form J of Sec. V-B.2. All corrections to the paper are listed in
+`learning.pde.learner`, and each is named again where it is made.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from handsim.learning.direction.samples import random_normals
+from handsim.errors import InputError
 from handsim.learning.fit.designs import JetDesign
+from handsim.learning.fit.field_samples import FieldSamples, random_normals
 from handsim.navigation.bspline import TensorBasis
 from handsim.navigation.paths import arc_length, at_arc_length
 from handsim.reproducible import dots, norms, powers, total, units
-from handsim.types import Array
+from handsim.types import Array, Mask
 
 _N_PER_PATH = 60
 _REST = 0.15  # of a path's peak speed: slower samples are rest, not motion
-
-
-@dataclass(frozen=True)
-class Experiments:
-    """The paper's E = {X, U, q_d}: points, velocities and destinations, (N, n) each."""
-
-    points: Array
-    velocities: Array
-    goals: Array
-
-    def __add__(self, other: "Experiments") -> "Experiments":
-        """Return both together."""
-        return Experiments(
-            np.vstack([self.points, other.points]),
-            np.vstack([self.velocities, other.velocities]),
-            np.vstack([self.goals, other.goals]),
-        )
+_PULL = 6.0  # back to the path, per displacement (in units of 100 deg)
 
 
 class Functional:
     """J of Sec. V-B.2 and its gradient by the coefficients.
 
+    J = (w1 J_PDE + w2 J_sp + w3 J_dp + w4 J_bn) / N with
+
+    - J_PDE = sum |residual of Eq. (8)|^2 / gamma_d^k,
+    - J_sp = sum s(beta - beta_0) over the points, for Eq. (4),
+    - J_dp = sum s(beta - beta_0) over the destinations, for Eq. (4),
+    - J_bn = sum s(-beta) over the boundary, for Eq. (5); the paper prints s(beta), which would
+      penalise the negative beta that it asks for,
+
+    and s as `switch`. The paper stacks the coefficients of Eq. (9) into a vector of sum(m_i)
+    numbers; there are prod(m_i).
+
     Parameters
     ----------
     basis
     experiments
-        Points at which the PDE is asked for.
+        Points, velocities and destinations with which Eq. (8) should hold; no point is
+        a destination, where 1 / gamma_d^k is infinite.
     destinations : (m, n)
     k, weights, floor
         Exponent, w1 to w4, beta_0.
@@ -56,7 +54,7 @@ class Functional:
     def __init__(
         self,
         basis: TensorBasis,
-        experiments: Experiments,
+        experiments: FieldSamples,
         destinations: Array,
         k: float,
         weights: tuple[float, float, float, float],
@@ -66,7 +64,7 @@ class Functional:
         away = experiments.points - experiments.goals
         gamma = dots(away, away)
         self._gamma_k = powers(gamma, k)
-        self._drive = k * experiments.velocities / gamma[:, None]  # k u / gamma_d
+        self._drive = k * experiments.vectors / gamma[:, None]  # k u / gamma_d
         self._pull = 2.0 * k * away / gamma[:, None]  # k grad gamma_d / gamma_d
         self._at_points = JetDesign(basis, experiments.points)
         self._at_goals = JetDesign(basis, destinations)
@@ -102,7 +100,7 @@ class Functional:
         }
 
     def _residual(self, c: Array) -> tuple[Array, Array, Array]:
-        """Beta (N,), the residual of Eq. (8) (N, n) and its derivative by beta (N, n).
+        """Return beta (N,), the residual of Eq. (8) (N, n) and its derivative by beta (N, n).
 
         Below beta = -gamma_d^k the root is not real; its argument is taken as 0 there.
         """
@@ -116,7 +114,11 @@ class Functional:
 
 
 def switch(x: Array) -> tuple[Array, Array]:
-    """Return s(x) = |x|^3 for x <= 0 and 0 above, and its derivative (the paper prints x^3)."""
+    """Return s(x) = |x|^3 for x <= 0 and 0 above, and its derivative.
+
+    The paper (Sec. V-B.2) prints x^3, which is negative: minimising it would drive beta to
+    minus infinity.
+    """
     below = np.minimum(x, 0.0)
     return -(below * below * below), -3.0 * below * below
 
@@ -124,15 +126,19 @@ def switch(x: Array) -> tuple[Array, Array]:
 def forward_differences(time: Array, path: Array) -> tuple[Array, Array, Array]:
     """Return points (m, n), velocities (m, n) and destination (n,) of a recorded path (m + 1, n).
 
-    The paper's III-A: forward differences, the last point is the destination and has no velocity.
+    The paper's Sec. III-A: the velocities are forward differences; the last point is the
+    destination and has no velocity.
     """
     return path[:-1], np.diff(path, axis=0) / np.diff(time)[:, None], path[-1]
 
 
-def remaining_speeds(paths: list[Array], phi_max: float, cut: float) -> Experiments:
+def remaining_speeds(paths: Sequence[Array], phi_max: float, cut: float) -> FieldSamples:
     """Return the experiments with speeds in proportion to the arc length left, |u| = rate l.
 
-    Its integral along a path is rate * length^2 / 2; ``rate`` is common to all paths.
+    Two corrections to the paper. People start at rest, where phi has no critical point, so that
+    recorded speeds are replaced. And phi falls by at most 1 along a path, so that the integral of
+    speed over arc length, rate * length^2 / 2, is bounded: one ``rate`` for all paths makes the
+    largest ``phi_max``.
 
     Parameters
     ----------
@@ -141,29 +147,41 @@ def remaining_speeds(paths: list[Array], phi_max: float, cut: float) -> Experime
     phi_max
         Largest path integral of speed.
     cut
-        Fraction of arc length left out at the end.
+        Fraction of arc length left out at the end, where 1 / gamma_d^k in J_PDE is singular.
     """
     fractions = np.linspace(0.0, 1.0, _N_PER_PATH)
     use = fractions <= 1.0 - cut
     rate = phi_max / max(0.5 * arc_length(path)[-1] ** 2 for path in paths)
-    parts = []
+    parts: list[FieldSamples] = []
     for path in paths:
         points = at_arc_length(path, fractions)
         left = arc_length(path)[-1] * (1.0 - fractions)[:, None]
         velocities = rate * left * units(np.gradient(points, axis=0))
         goals = np.broadcast_to(path[-1], points.shape)
-        parts.append(Experiments(points[use], velocities[use], goals[use]))
-    return _together(parts)
+        parts.append(FieldSamples(points[use], velocities[use], goals[use]))
+    return FieldSamples.together(parts)
 
 
 def measured_speeds(
-    paths: list[Array], times: list[Array], phi_max: float, cut: float
-) -> Experiments:
-    """Return the experiments with velocities as measured, slower than 15 % of the peak left out.
+    paths: Sequence[Array], times: Sequence[Array], phi_max: float, cut: float
+) -> FieldSamples:
+    """Return the experiments with velocities as measured, multiplied by one common factor.
+
+    Points slower than 15 % of the peak are left out: people start and end at rest, and phi is not
+    critical at the start. The factor is that of one time scale for all paths, chosen so that the
+    largest integral of speed over arc length is ``phi_max``.
 
     Parameters as in `remaining_speeds`; ``times`` are (n_i,) [s].
+
+    Raises
+    ------
+    InputError
+        If there are not as many times as paths, and as points on each.
     """
-    parts, integrals = [], []
+    if [len(time) for time in times] != [len(path) for path in paths]:
+        raise InputError("times and paths differ in length; give one time for each point")
+    parts: list[FieldSamples] = []
+    integrals: list[float] = []
     for path, time in zip(paths, times, strict=True):
         points, velocities, goal = forward_differences(time, path)
         speed = norms(velocities)[:, 0]
@@ -171,51 +189,47 @@ def measured_speeds(
         integrals.append(float(total(speed * np.diff(length))))
         use = (speed > _REST * speed.max()) & (length[:-1] <= (1.0 - cut) * length[-1])
         goals = np.broadcast_to(goal, points.shape)
-        parts.append(Experiments(points[use], velocities[use], goals[use]))
-    together = _together(parts)
+        parts.append(FieldSamples(points[use], velocities[use], goals[use]))
+    together = FieldSamples.together(parts)
     scale = phi_max / max(integrals)
-    return Experiments(together.points, scale * together.velocities, together.goals)
+    return FieldSamples(together.points, scale * together.vectors, together.goals)
 
 
-def beside(experiments: Experiments, rng: np.random.Generator) -> Experiments:
-    """Points up to 10 deg beside the path, whose velocities lead back to it."""
-    parts = []
-    speed = norms(experiments.velocities)
-    tangent = units(experiments.velocities)
+def beside(experiments: FieldSamples, rng: np.random.Generator) -> FieldSamples:
+    """Return points up to 10 deg beside the path, whose velocities lead back to it.
+
+    The paper has no such points.
+    """
+    parts: list[FieldSamples] = []
+    speed = norms(experiments.vectors)
+    tangent = units(experiments.vectors)
     left = norms(experiments.points - experiments.goals)
     if experiments.points.shape[1] == 1:  # on a line there is no side
         return experiments
     for _ in range(4):
         beyond = np.minimum(0.1, 0.3 * left) * rng.random((len(left), 1))
         aside = random_normals(tangent, rng) * beyond
-        velocities = speed * units(tangent - 6.0 * aside)
-        parts.append(Experiments(experiments.points + aside, velocities, experiments.goals))
-    return _together(parts)
+        turned = experiments.displaced(tangent, aside, _PULL)
+        parts.append(FieldSamples(turned.points, speed * turned.vectors, turned.goals))
+    return FieldSamples.together(parts)
 
 
 def boundary_points(basis: TensorBasis, per_dimension: int = 7) -> Array:
     """Return points on all faces of the workspace."""
     n = len(basis.shape)
     low, high = basis.lower, basis.upper
-    axes = [np.linspace(a, b, per_dimension) for a, b in zip(low, high, strict=True)]
+    ends = zip(low, high, strict=True)
+    axes = [np.linspace(float(a), float(b), per_dimension) for a, b in ends]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, n)
     return grid[((grid == low) | (grid == high)).any(axis=1)]
 
 
-def vanishing_on_boundary(basis: TensorBasis) -> npt.NDArray[np.bool_]:
+def vanishing_on_boundary(basis: TensorBasis) -> Mask:
     """Return which coefficients (prod(m_i),) have splines that vanish on the boundary.
 
-    As long as the others stay 0, so does beta there: Eq. (5) by construction (V-A.2).
+    As long as the others stay 0, so does beta there: Eq. (5) by construction (Sec. V-A.2).
     """
     grids = np.meshgrid(*[np.arange(m) for m in basis.shape], indexing="ij")
     p = basis.degree
     inner = [(g >= p) & (g < m - p) for g, m in zip(grids, basis.shape, strict=True)]
     return np.logical_and.reduce(inner).ravel()
-
-
-def _together(parts: list[Experiments]) -> Experiments:
-    return Experiments(
-        np.vstack([part.points for part in parts]),
-        np.vstack([part.velocities for part in parts]),
-        np.vstack([part.goals for part in parts]),
-    )

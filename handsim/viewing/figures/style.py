@@ -1,6 +1,6 @@
-"""How figures look: colours told apart by the colour-blind and in print, sizes, file formats."""
+"""Style of the figures: colours for the colour-blind and for print, sizes, labels, file formats."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,18 +11,27 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+LineStyle = dict[str, Any]
+"""Keyword arguments of matplotlib's ``plot``."""
+
 # Okabe and Ito's palette. Recordings and controller differ in lightness and line style as well.
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
-RECORDED = {"color": BLUE, "linestyle": "-", "linewidth": 0.9, "alpha": 0.75, "label": "recording"}
-FOLLOWED = {
+RECORDED: LineStyle = {
+    "color": BLUE,
+    "linestyle": "-",
+    "linewidth": 0.9,
+    "alpha": 0.75,
+    "label": "recording",
+}
+FOLLOWED: LineStyle = {
     "color": VERMILION,
     "linestyle": (0, (4, 1.5)),
     "linewidth": 1.1,
     "label": "controller",
 }
-RECORDED_ON_FIELD = {"color": "#56B4E9", "linewidth": 1.4, "label": "recording"}
-FOLLOWED_ON_FIELD = {"color": VERMILION, "linewidth": 1.4, "label": "controller"}
-START = {
+RECORDED_ON_FIELD: LineStyle = {"color": "#56B4E9", "linewidth": 1.4, "label": "recording"}
+FOLLOWED_ON_FIELD: LineStyle = {"color": VERMILION, "linewidth": 1.4, "label": "controller"}
+START: LineStyle = {
     "marker": "s",
     "color": GREEN,
     "linestyle": "none",
@@ -30,7 +39,7 @@ START = {
     "zorder": 3,
     "label": "start",
 }
-GOAL = {**START, "marker": "o", "color": VERMILION, "label": "destination"}
+GOAL: LineStyle = {**START, "marker": "o", "color": VERMILION, "label": "destination"}
 FIELD_COLOURS = "viridis"
 WIDE, NARROW = 7.2, 3.5
 """Two columns and one of a printed page [inch]."""
@@ -52,7 +61,7 @@ _RC: dict[Any, Any] = {
 
 
 @contextmanager
-def drawing(width: float, height: float) -> Iterator["Figure"]:
+def drawing(width: float, height: float) -> Generator["Figure", None, None]:
     """Yield an empty figure of a size in inch, drawn and styled within the block."""
     import matplotlib
     from matplotlib.figure import Figure
@@ -71,7 +80,7 @@ def save_figure(figure: "Figure", folder: Path, name: str) -> list[Path]:
     """
     import matplotlib
 
-    paths = []
+    paths: list[Path] = []
     with matplotlib.rc_context(_RC):
         for suffix in (".png", ".svg"):
             path = Path(folder) / f"{name}{suffix}"
@@ -84,3 +93,17 @@ def save_figure(figure: "Figure", folder: Path, name: str) -> list[Path]:
 def label_panel(axes: "Axes", letter: str) -> None:
     """Write a panel's letter at its upper left, outside the axes."""
     axes.set_title(letter, loc="left", fontweight="bold")
+
+
+def name_axes(axes: Any, pick: tuple[int, ...]) -> None:
+    """Label axes with the components that they show: ``pick`` counts from 0, labels from 1."""
+    for letter, i in zip("xyz", pick, strict=False):
+        axes.set(**{f"{letter}label": f"PC {i + 1} [deg]"})
+
+
+def add_legend(figure: "Figure", *styles: LineStyle) -> None:
+    """Name what is drawn in these styles, below all panels."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], **style) for style in styles]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))

@@ -24,7 +24,7 @@ from handsim.viewing.film.offscreen import (
 from handsim.viewing.film.video import contact_sheet, tile, write_image, write_video
 
 MAX_SHEET_PIXELS = 100_000_000
-"""Largest contact sheet; its pixels take three bytes each, twice over."""
+"""Largest contact sheet [pixels]; it needs six bytes a pixel while it is made."""
 
 
 class Overlay(Protocol):
@@ -37,7 +37,7 @@ class Overlay(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """A movement of a model, equal to itself alone, as MuJoCo's models are.
+    """A movement of a model. Clips compare by identity, as MuJoCo's models do.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Clip:
 
 
 def frame_times(duration: float, fps: float) -> Array:
-    """Times of the frames of a movement, from its start to within a frame of its end [s]."""
+    """Return the times of the frames of a movement, from its start to its last full frame [s]."""
     return np.arange(math.floor(duration * fps + 1e-6) + 1) / fps
 
 
@@ -92,7 +92,7 @@ class _Player:
         self.camera = Camera(clip.model, self.data, camera)
 
     def _pose(self, time: float) -> None:
-        """Set the state at ``time`` [s] since the start, between samples along the shortest way."""
+        """Set the state at ``time`` [s] since the start; interpolate between samples."""
         model, clip = self.clip.model, self.clip
         at = clip.time[0] + min(time, clip.duration)
         i = min(int(np.searchsorted(clip.time, at, side="right")) - 1, len(clip.time) - 1)
@@ -120,7 +120,7 @@ class _Player:
 def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) -> Iterator[Frame]:
     """Frames of one movement, or of several side by side in a grid, in true time.
 
-    Shorter ones stay at their end until the longest is over.
+    The shorter ones hold their last state until the longest is over.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) 
 
 
 def _fit(sheet: Frame, view: View) -> Frame:
-    """Fill up what is left over when the picture does not divide into whole cells."""
+    """Pad the picture with white where it does not divide into whole cells."""
     height, width = sheet.shape[:2]
     if (width, height) == (view.width, view.height):
         return sheet
@@ -168,8 +168,8 @@ def _fit(sheet: Frame, view: View) -> Frame:
 def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None) -> Frame:
     """Contact sheet of ``n`` states along a movement, each of the size of the view.
 
-    They are spread evenly over the length of the path of qpos, so that none shows the same as the
-    one before. Their times are written on them in place of the clip's overlays.
+    The states are spread evenly over the length of the path of qpos, so that no two pictures are
+    the same. Their times are written on them in place of the clip's overlays.
 
     Raises
     ------
@@ -183,13 +183,12 @@ def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None)
         )
     steps = np.linalg.norm(np.diff(clip.qpos, axis=0), axis=1)
     length = np.concatenate([[0.0], np.cumsum(steps)])
-    if length[-1] == 0 or n < 2:
-        times = np.zeros(1)
-    else:
+    times: Array = np.zeros(1)
+    if length[-1] > 0 and n >= 2:
         # Time over length: standing still takes time but no length, so the last time of each
         # length is kept to make it a function.
         keep = np.append(np.diff(length) > 0, True)
-        times = np.interp(np.linspace(0, length[-1], n), length[keep], clip.time[keep])
+        times = np.interp(np.linspace(0, float(length[-1]), n), length[keep], clip.time[keep])
         times = times - clip.time[0]
     with open_offscreen(view.width, view.height, view.shadows) as offscreen:
         player = _Player(replace(clip, overlays=()), offscreen, view.camera)

@@ -1,4 +1,4 @@
-"""One OpenGL context, the models drawn in it, and the cameras that look at them.
+"""Drawing models off screen: the OpenGL context, the models loaded in it, and the cameras.
 
 All models of a picture share the context, so that a grid of rollouts opens one and not many.
 """
@@ -6,7 +6,7 @@ All models of a picture share the context, so that a grid of rollouts opens one 
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import atexit
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored 
 ORBIT_PERIOD_S = 8.0
 """Time of one turn of the orbiting camera [s]."""
 FOLLOW_TIME_S = 0.3
-"""Time constant with which the following camera comes after the hand [s]."""
+"""Time constant with which the following camera lags behind the hand [s]."""
 _MAX_GEOMS = 4000
 SIZE_LIMITS = (16, 4096)
 """Least and greatest width and height [pixels]."""
@@ -48,7 +48,7 @@ SIZE_LIMITS = (16, 4096)
 
 @dataclass(frozen=True)
 class View:
-    """How to look at something.
+    """Camera, size and frame rate of a picture or video.
 
     Attributes
     ----------
@@ -193,7 +193,7 @@ class Offscreen:
 
     def add(self, model: mujoco.MjModel) -> "LoadedModel":
         """Load a model's meshes and textures for drawing; freed with the context."""
-        self._gl.make_current()
+        self.make_current()
         vis, quality = model.vis.global_, model.vis.quality
         kept = vis.offwidth, vis.offheight, quality.shadowsize
         # The buffers are made as large as the picture, and none for shadows that are not drawn:
@@ -210,8 +210,12 @@ class Offscreen:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
         return LoadedModel(self, model, context)
 
-    def _free(self, context: mujoco.MjrContext) -> None:
+    def make_current(self) -> None:
+        """Direct what this thread draws to this context."""
         self._gl.make_current()
+
+    def _free(self, context: mujoco.MjrContext) -> None:
+        self.make_current()
         context.free()
 
 
@@ -240,7 +244,7 @@ class LoadedModel:
         mujoco.mjv_updateScene(
             self.model, data, self._option, None, camera, everything, self._scene
         )
-        self._offscreen._gl.make_current()
+        self._offscreen.make_current()
         mujoco.mjr_restoreBuffer(self._context)  # another scene's may be bound
         mujoco.mjr_render(self._rectangle, self._scene, self._context)
         mujoco.mjr_readPixels(self._pixels, None, self._rectangle, self._context)
@@ -248,7 +252,9 @@ class LoadedModel:
 
 
 @contextmanager
-def open_offscreen(width: int, height: int, shadows: bool | None = None) -> Iterator[Offscreen]:
+def open_offscreen(
+    width: int, height: int, shadows: bool | None = None
+) -> Generator[Offscreen, None, None]:
     """Open the OpenGL context and free it, with all that was loaded into it, at the end.
 
     Parameters

@@ -124,30 +124,25 @@ class ForceBars:
 
 
 class SubspaceInset:
-    """The way through the first two subspace coordinates, at the lower right.
+    """The path in the first two subspace coordinates, at the lower right.
 
     Parameters
     ----------
     time : (n,) [s]
         Since the clip's start.
     z : (n, n_components >= 2) [rad]
-        Where the movement is.
-    reference : (m, n_components) [rad], optional
-        Another path to compare with, as the recorded one; drawn in grey.
+        Subspace coordinates of the movement.
     """
 
-    def __init__(self, time: Array, z: Array, reference: Array | None = None) -> None:
+    def __init__(self, time: Array, z: Array) -> None:
         self.time, self.z = time, np.rad2deg(z[:, :2])
-        self.reference = None if reference is None else np.rad2deg(reference[:, :2])
-        shown = self.z if self.reference is None else np.vstack([self.z, self.reference])
-        self._centre = (shown.max(axis=0) + shown.min(axis=0)) / 2
-        self._half = (
-            max(float(np.ptp(shown, axis=0).max()) / 2, 1.0) * 1.45
-        )  # a margin for the texts
+        self._centre = (self.z.max(axis=0) + self.z.min(axis=0)) / 2
+        half = max(float(np.ptp(self.z, axis=0).max()) / 2, 1.0)
+        self._half = half * 1.45  # a margin for the texts
         self._base: Frame | None = None
 
     def draw(self, frame: Frame, time: float) -> None:
-        """Draw onto a frame as of ``time`` [s]: the way so far, and where it is now."""
+        """Draw onto a frame the path up to ``time`` [s] and the position at that time."""
         from PIL import Image, ImageDraw
 
         side = round(0.3 * min(frame.shape[:2]))
@@ -171,15 +166,13 @@ class SubspaceInset:
         return round(degrees / self._half / 2 * (side - 1))
 
     def _background(self, side: int) -> Frame:
-        """Frame, axes, the path to compare with, start (square) and destination (circle)."""
+        """Draw what does not change: border, scale, start (square) and destination (circle)."""
         from PIL import Image, ImageDraw
 
         image = Image.new("RGB", (side, side), (250, 250, 250))
         pen = ImageDraw.Draw(image)
         pen.rectangle((0, 0, side - 1, side - 1), outline=(120, 125, 132))
         radius, width = max(3, side // 28), max(1, side // 90)
-        if self.reference is not None:
-            pen.line(self._pixels(self.reference, side), fill=(150, 155, 162), width=width + 1)
         start, end = self._pixels(self.z[[0, -1]], side)
         pen.rectangle(_square(start, radius), outline=(90, 95, 102), width=width)
         pen.ellipse(_square(end, radius), outline=(90, 95, 102), width=width)

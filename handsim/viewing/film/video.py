@@ -1,20 +1,18 @@
 """Frames into files: video, animated GIF, contact sheets.
 
-Files are encoded by the ffmpeg that comes with imageio-ffmpeg, under a temporary name, and are
-renamed when they are whole.
+imageio encodes videos with the ffmpeg of imageio-ffmpeg, and pictures with Pillow. Each file is
+written under a temporary name and renamed when it is whole.
 """
 
 import math
-import subprocess
-import tempfile
+import os
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from handsim.disk import space_remedy
 from handsim.errors import FileError, InputError, MissingToolError
 from handsim.files import replacing
 from handsim.types import Frame
@@ -28,13 +26,22 @@ ENCODER_INSTALL = "pip install --force-reinstall imageio-ffmpeg"
 _PALETTE = (
     "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=5"
 )
-_GIF_OPTIONS = ("-filter_complex", _PALETTE, "-loop", "0")
-_MP4_OPTIONS = (
-    *("-c:v", "libx264", "-pix_fmt", "yuv420p"),
-    *("-vf", "scale=out_color_matrix=bt709", "-colorspace", "bt709"),  # else colours shift
-    *("-color_primaries", "bt709", "-color_trc", "bt709"),
-    *("-crf", "20", "-preset", "medium", "-movflags", "+faststart"),
-)
+_OPTIONS: dict[str, dict[str, Any]] = {
+    ".gif": {
+        "codec": "gif",
+        "pixelformat": "pal8",
+        "output_params": ("-filter_complex", _PALETTE, "-loop", "0"),
+    },
+    ".mp4": {
+        "codec": "libx264",
+        "pixelformat": "yuv420p",
+        "output_params": (
+            *("-vf", "scale=out_color_matrix=bt709", "-colorspace", "bt709"),  # else colours shift
+            *("-color_primaries", "bt709", "-color_trc", "bt709"),
+            *("-crf", "20", "-preset", "medium", "-movflags", "+faststart"),
+        ),
+    },
+}
 
 
 def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
@@ -82,55 +89,104 @@ def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
         if kind == ".mp4" and (width % 2 or height % 2):
             even = f"{width + width % 2}x{height + height % 2}"
             raise InputError(f"{path}: size {width}x{height}; H.264 takes even sizes, give {even}")
-        count, failure = _encode(chain([first], stream), temporary, fps)
-        if failure:
-            size = temporary.stat().st_size if temporary.exists() else 0
-            remedy = (
-                space_remedy(path, size) if "No space" in failure else "check the encoder's options"
+        sent = _OneSize(chain([first], stream))
+        if not _encode(sent, temporary, fps):
+            _append_zeros(temporary)  # raises where the system was what stopped it
+            raise FileError(
+                f"{path}: the encoder {_encoder()} stopped before the file was whole, after "
+                f"{sent.count} frames; see whether 'handsim doctor' finds it in order"
             )
-            raise FileError(f"{path}: the encoder stopped ({failure}); {remedy}")
-    return count
+    return sent.count
 
 
-def _encode(frames: Iterator[Frame], path: Path, fps: float) -> tuple[int, str]:
-    """Pipe frames into ffmpeg; their number, and the last thing it said if it failed."""
-    first = next(frames)
-    height, width = first.shape[:2]
-    options = _GIF_OPTIONS if path.suffix.lower() == ".gif" else _MP4_OPTIONS
-    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:.6g}"]
-    command = [_encoder(), "-y", "-v", "error", *raw, "-i", "-", "-an"]
-    count = 0
-    with tempfile.TemporaryFile() as said:
-        encoder = subprocess.Popen(
-            [*command, *options, str(path)], stdin=subprocess.PIPE, stdout=said, stderr=said
-        )
-        assert encoder.stdin is not None  # a pipe was asked for
-        try:
-            with suppress(BrokenPipeError), encoder.stdin as pipe:
-                for frame in chain([first], frames):
-                    if frame.shape != first.shape:
-                        raise InputError(
-                            f"frame {count} has shape {frame.shape}, the first has {first.shape}; "
-                            "give frames of one size"
-                        )
-                    pipe.write(np.ascontiguousarray(frame))
-                    count += 1
-        except BaseException:
-            encoder.kill()
+class _OneSize:
+    """Counts frames as they are taken, and checks that all have the size of the first."""
+
+    def __init__(self, frames: Iterator[Frame]) -> None:
+        self._frames = frames
+        self.count = 0
+
+    def __iter__(self) -> Iterator[Frame]:
+        shape = None
+        for frame in self._frames:
+            shape = shape or frame.shape
+            if frame.shape != shape:
+                raise InputError(
+                    f"frame {self.count} has shape {frame.shape}, the first has {shape}; "
+                    "give frames of one size"
+                )
+            yield frame
+            self.count += 1
+
+
+def _encode(frames: Iterable[Frame], path: Path, fps: float) -> bool:
+    """Write frames through imageio's ffmpeg, and return whether the file is whole.
+
+    imageio passes on neither ffmpeg's exit code nor its messages. It raises an error if ffmpeg
+    stops reading; whether all was written is seen from the file.
+    """
+    import imageio.v3 as iio
+
+    _encoder()
+    # Otherwise imageio-ffmpeg forks the whole process to keep Ctrl-C from ffmpeg: unsafe beside
+    # other threads, and a GIF would be encoded to its end before the interrupt takes effect.
+    os.environ.setdefault("IMAGEIO_FFMPEG_NO_PREVENT_SIGINT", "1")
+    kind = path.suffix.lower()
+    options = dict(_OPTIONS[kind])
+    options["output_params"] = list(options["output_params"])  # imageio appends to it
+    # `extension`: imageio offers its ffmpeg for films alone; ffmpeg itself goes by the path.
+    file = iio.imopen(path, "w", plugin="FFMPEG", extension=".mp4", legacy_mode=True)
+    writer = file.legacy_get_writer(
+        input_params=["-r", f"{fps:.6g}"],  # older versions round `fps` to hundredths
+        quality=None,  # `-crf` says it
+        macro_block_size=1,  # else sizes that 16 does not divide are scaled up
+        ffmpeg_log_level="fatal",  # of a full disk it would say much more than one line
+        **options,
+    )
+    try:
+        for frame in frames:
+            writer.append_data(frame)
+    except OSError as error:
+        if not isinstance(error.__context__, BrokenPipeError):
             raise
-        finally:
-            code = encoder.wait()
-        said.seek(0)
-        lines = said.read().decode(errors="replace").strip().splitlines()
-    return count, (lines or [f"exit code {code}"])[-1] if code else ""
+        return False
+    finally:
+        writer.close()
+    return _is_whole(path)
+
+
+def _is_whole(path: Path) -> bool:
+    """Return whether a video file holds the part that its encoder writes last.
+
+    A GIF ends with the terminator of its last picture and the trailer. Of an mp4 with
+    ``+faststart``, the index of all frames (``moov``) is put before the data at the very end.
+    """
+    with path.open("rb") as stream:
+        if path.suffix.lower() == ".mp4":
+            return b"moov" in stream.read(64)
+        stream.seek(-2, os.SEEK_END)
+        return stream.read() == b"\x00;"
+
+
+def _append_zeros(path: Path, n: int = 65536) -> None:
+    """Append to a file that an encoder left unfinished, to get the system's error, if any."""
+    with path.open("ab") as stream:
+        stream.write(bytes(n))
 
 
 def _encoder() -> str:
-    import imageio_ffmpeg
+    """Return the path of ffmpeg.
 
+    Raises
+    ------
+    MissingToolError
+        If there is none.
+    """
     try:
-        return imageio_ffmpeg.get_ffmpeg_exe()
-    except RuntimeError as error:
+        from imageio.plugins.ffmpeg import get_exe
+
+        return get_exe()
+    except (ImportError, RuntimeError) as error:
         raise MissingToolError(f"no ffmpeg to encode with; run: {ENCODER_INSTALL}") from error
 
 
@@ -195,10 +251,12 @@ def write_image(image: Frame, path: Path | str) -> None:
     InputError
         If the suffix is another one.
     """
-    from PIL import Image
+    import imageio.v3 as iio
 
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise InputError(f"{path}: pictures are written as .png; change the name")
+    # Encoded before the file is opened: on a full disk imageio would leave it open.
+    encoded = iio.imwrite("<bytes>", image, plugin="pillow", extension=".png", optimize=True)
     with replacing(path) as temporary:
-        Image.fromarray(image).save(temporary, optimize=True)
+        temporary.write_bytes(encoded)

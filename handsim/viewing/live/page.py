@@ -1,8 +1,8 @@
-"""A web page on which the hand is moved by hand: for machines without a display.
+"""A web page that shows and moves the hand, for machines without a display.
 
-Sliders for the principal components and for the size of the hand, a menu of objects and tasks,
-and grasps that are simulated when asked for, played, paused and replayed. The page's controls
-are looked at once a frame, by one thread, so that nothing happens twice at a time.
+It has sliders for the principal components and the size of the hand, menus of objects and tasks,
+and buttons that simulate a grasp, play it, pause it and replay it. One thread reads all controls
+once a frame, so that no two actions run at the same time.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
@@ -28,35 +28,35 @@ from handsim.viewing.film.posture_clips import posture_clip, posture_model
 from handsim.viewing.live.shapes import geom_colour, geom_mesh, visible_geoms
 
 PlanSource = Callable[[str, Conditions], GraspPlan | None]
-"""Gives the plan of a task for a hand, or None where none is known."""
+"""Returns the plan of a task under conditions, or None where none is known."""
 
 RATE = 30.0
-"""How often controls are looked at and the hand is moved [1/s]."""
+"""How often the controls are read and the hand is moved [1/s]."""
 LENGTHS_MM, BREADTHS_MM = (150, 220), (65, 105)
-"""Ranges of the sliders of hand length and breadth; those of adults."""
+"""Ranges of the sliders of hand length and breadth: those of adults [mm]."""
 NO_TASK = "none"
 INSTALL = "pip install 'handsim[viewer]'"
 
 View = tuple[tuple[float, float, float], tuple[float, float, float]]
-"""Where the camera stands and what it looks at [m]."""
+"""Position of the camera and the point that it looks at [m]."""
 _OF_POSTURE: View = ((0.56, 0.48, 0.25), (0.0, 0.0, 0.04))
 _OF_SCENE: View = ((0.50, 0.50, 0.38), (-0.02, -0.02, 0.09))
 _FIELD_OF_VIEW = np.deg2rad(36.0)  # vertical, as of the scenes' own cameras
 
 
 class LivePage:
-    """Serves the page and moves what is on it; `step` is called once a frame.
+    """The page and its server; `step` brings it up to date and is called once a frame.
 
     Parameters
     ----------
     controller
-        Whose subspace is moved in, and what grasps.
+        Its subspace is what the sliders move in, and it executes the grasps.
     plans
-        Where plans come from.
+        Source of the plans of grasps.
     host, port
-        Where the page is served; another free port is taken where this one is not.
+        Address of the page. If the port is taken, another free one is used.
     task
-        Chosen at first.
+        The task that is selected when the page opens.
 
     Raises
     ------
@@ -96,7 +96,7 @@ class LivePage:
 
     @property
     def address(self) -> str:
-        """Where a browser finds the page."""
+        """Address of the page for a browser."""
         return f"http://{self._server.get_host()}:{self._server.get_port()}"
 
     def close(self) -> None:
@@ -105,7 +105,7 @@ class LivePage:
             self._server.stop()
 
     def step(self, elapsed: float) -> None:
-        """Look at the controls, and go on by ``elapsed`` [s] in what is played."""
+        """Read the controls, and advance the grasp that is played by ``elapsed`` [s]."""
         self._offer_tasks()
         try:
             self._follow_choices()
@@ -120,7 +120,7 @@ class LivePage:
             self._go_to(float(self._slider.value))
 
     def _follow_choices(self) -> None:
-        """Show what is chosen where that has changed; moving a component leaves the task."""
+        """Show the choice if it has changed; moving a component deselects the task."""
         coordinates, size, task = choices = self._choices()
         before, self._seen = self._seen, choices
         if choices == before:
@@ -160,7 +160,7 @@ class LivePage:
             button.on_click(lambda _, name=name: self._pressed.__setitem__(name, True))
 
     def _choices(self) -> tuple[tuple[float, ...], tuple[float, float], str]:
-        """Coordinates [deg], size of the hand [m] and task that are chosen."""
+        """Return the coordinates [deg], the size of the hand [m] and the task that are chosen."""
         coordinates = tuple(float(slider.value) for slider in self._components)
         size = (self._length.value / 1000, self._breadth.value / 1000)
         return coordinates, size, str(self._task.value)
@@ -195,7 +195,7 @@ class LivePage:
         self._say(f"**{self._seen[2]}**: press play.")
 
     def _play(self) -> None:
-        """Go on; what has not been simulated yet is simulated first."""
+        """Play the grasp from where it stands; simulate it first if that has not been done."""
         if self._run is None:
             self._simulate()
         if self._run and self._time >= self._run.time[-1] - self._run.time[0]:
@@ -207,7 +207,7 @@ class LivePage:
         self._play()
 
     def _simulate(self) -> None:
-        """Grasp the task that is chosen."""
+        """Simulate the grasp of the task that is chosen."""
         task, conditions = self._seen[2], self._conditions()
         if task == NO_TASK:
             raise InputError("Choose a task first.")
@@ -275,7 +275,7 @@ class LivePage:
         )
 
     def _place(self, qpos: Array) -> None:
-        """Move the bodies to where they are at these positions."""
+        """Move the bodies to their poses at joint positions."""
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         with self._server.atomic():

@@ -1,4 +1,4 @@
-"""What a model looks like, as triangle meshes for a web page."""
+"""Geoms of a model as coloured triangle meshes, for a web page."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
@@ -37,7 +37,7 @@ def geom_colour(model: mujoco.MjModel, geom: int) -> tuple[float, ...]:
 def geom_mesh(model: mujoco.MjModel, geom: int) -> "trimesh.Trimesh":
     """Return the surface of a geom in its own frame [m].
 
-    Planes are taken as sheets of their half sizes, 1 m where those are infinite.
+    A plane becomes a thin box of its half sizes, 1 m where they are infinite.
 
     Raises
     ------

@@ -28,7 +28,7 @@ SWEEP_S = 3.0
 
 
 def has_display() -> bool:
-    """Tell whether windows can be opened: on Linux, whether a display server is named."""
+    """Return whether windows can be opened; on Linux, whether a display server is named."""
     if not sys.platform.startswith("linux"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
@@ -46,11 +46,11 @@ def show(
     ----------
     controller
     plans
-        Gives the plan of a task for a hand, or None where none is known.
+        Returns the plan of a task under conditions, or None where none is known.
     task
-        What is grasped; None sweeps the principal components.
+        Task that is grasped; None sweeps the principal components.
     seconds
-        Closes the window after this time.
+        Time after which the window is closed [s].
 
     Raises
     ------
@@ -72,7 +72,7 @@ def show(
         for name in ("lookat", "distance", "azimuth", "elevation"):
             setattr(window.cam, name, getattr(around, name))
         while window.is_running() and time.monotonic() - start < seconds:
-            at = (time.monotonic() - start) % (moments[-1] + 1.0)  # a second's rest at the end
+            at = (time.monotonic() - start) % (moments[-1] + 1.0)  # pause of a second at the end
             with window.lock():
                 data.qpos[:] = qpos[min(int(np.searchsorted(moments, at)), len(moments) - 1)]
                 mujoco.mj_forward(model, data)

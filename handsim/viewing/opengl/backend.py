@@ -14,7 +14,7 @@ import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +42,7 @@ _INSTALL = {
 
 @dataclass(frozen=True)
 class ProbeResult:
-    """What became of one frame rendered in a child process.
+    """Result of rendering one frame in a child process.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ def does_not_open(backend: str, error: Exception) -> MissingToolError:
 
 
 def _another() -> str:
-    """Say what is left to draw with here where MUJOCO_GL is unset."""
+    """Name the backend that would render here with MUJOCO_GL unset."""
     try:
         return f"unset {VARIABLE} to draw with {_first_that_renders()}, which renders here"
     except MissingToolError as error:
@@ -161,8 +161,8 @@ def _start_windows() -> None:
 
 
 @contextmanager
-def _quiet_glfw() -> Iterator[Any]:
-    """Give GLFW's module, which usually warns of what goes wrong."""
+def _quiet_glfw() -> Generator[Any, None, None]:
+    """Yield the GLFW module with its warnings turned off."""
     glfw: Any = importlib.import_module("glfw")
     usual, glfw.ERROR_REPORTING = glfw.ERROR_REPORTING, "ignore"
     try:
@@ -186,7 +186,7 @@ def _first_that_renders() -> str:
 
 
 class GLContext(Protocol):
-    """What the classes of MuJoCo's backends have in common."""
+    """The methods that MuJoCo's context classes have in common."""
 
     def make_current(self) -> None:
         """Direct what this thread draws to this context."""
@@ -198,7 +198,7 @@ class GLContext(Protocol):
 
 
 @contextmanager
-def gl_context() -> Iterator[GLContext]:
+def gl_context() -> Generator[GLContext, None, None]:
     """Open the process's OpenGL context, make it current, and free it at the end.
 
     Raises
@@ -240,7 +240,7 @@ def driver_name() -> str:
     with suppress(Exception):  # PyOpenGL raises many classes; the name is only a hint
         from OpenGL import GL
 
-        name = GL.glGetString(GL.GL_RENDERER)
+        name: Any = GL.glGetString(GL.GL_RENDERER)
         return name.decode() if isinstance(name, bytes) else ""
     return ""
 

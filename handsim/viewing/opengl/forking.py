@@ -1,7 +1,8 @@
-"""Rendering does not survive a fork: the drivers' threads and locks stay behind in the parent.
+"""Rendering in a process that was forked from one that has rendered: an error instead of a hang.
 
-A child that was forked from a process that has rendered waits for them without end, and without a
-word. It is told apart here, so that it says what to do instead.
+Threads and locks of an OpenGL driver are not carried over a fork. A child process that renders
+waits for them forever and prints nothing. This module recognises such a child, so that it raises an
+error that names the remedy.
 """
 
 import os
@@ -11,14 +12,14 @@ from handsim.errors import RenderingError
 
 
 class _Rendering:
-    """Whether this process has opened OpenGL, and whether one that it was forked from had."""
+    """Whether this process has opened OpenGL, and whether the one that it was forked from had."""
 
     def __init__(self) -> None:
         self.opened = False
         self.parent: int | None = None
 
     def forked(self) -> None:
-        """Remember in a child what was open when it was forked."""
+        """Remember in a child process that OpenGL was open when it was forked."""
         # MuJoCo's own renderer, used without handsim, leaves this display open.
         display = getattr(sys.modules.get("mujoco.egl"), "EGL_DISPLAY", None)
         if self.opened or display is not None:

@@ -1,4 +1,4 @@
-"""Render a frame in a process of its own and say on standard output how that went.
+"""Render a frame in a separate process and report on standard output whether it worked.
 
 Run as a file, ``python -P probe.py BACKEND SECONDS``, so that nothing of handsim is imported and a
 driver that aborts takes only this process with it. Prints one JSON object.
@@ -10,6 +10,7 @@ import json
 import os
 import sys
 import time
+from typing import Any
 
 SCENE = """
 <mujoco>
@@ -24,7 +25,7 @@ WIDTH, HEIGHT = 320, 240
 
 
 def render(seconds: float) -> dict[str, object]:
-    """Render for ``seconds`` (one frame at least); driver, version and frames a second."""
+    """Render for ``seconds``, one frame at least; return the driver and the frames a second."""
     import mujoco
     import numpy as np
 
@@ -51,7 +52,7 @@ def _driver() -> str:
     try:
         from OpenGL import GL
 
-        name = GL.glGetString(GL.GL_RENDERER)
+        name: Any = GL.glGetString(GL.GL_RENDERER)
     except Exception:  # PyOpenGL raises many classes, and the name is only for display
         return "unknown"
     return name.decode() if isinstance(name, bytes) else "unknown"

@@ -1,7 +1,7 @@
-"""What the environment variable MUJOCO_GL says.
+"""The value of the environment variable MUJOCO_GL.
 
-MuJoCo reads it when it is imported: names of backends, and words that turn rendering on or off.
-It refuses any other, and those of other systems.
+MuJoCo reads it when it is imported. It takes the names of this system's backends and words that
+turn rendering on or off, and refuses all other values.
 """
 
 import importlib
@@ -14,13 +14,13 @@ VARIABLE = "MUJOCO_GL"
 OFF = ("disable", "disabled", "off", "false", "0")
 """Words with which MuJoCo is imported without OpenGL."""
 ON = ("enable", "enabled", "on", "true", "1")
-"""Words that leave open which backend renders."""
+"""Words that leave the choice of the backend to MuJoCo."""
 BACKENDS = {
     "Linux": ("egl", "osmesa", "glfw", "glx"),
     "Darwin": ("cgl", "glfw"),
     "Windows": ("glfw", "wgl"),
 }
-"""What MuJoCo takes on each system."""
+"""Names of backends that MuJoCo takes on each system."""
 
 
 def named_backend() -> str | None:

@@ -8,8 +8,8 @@ import pytest
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.judging import protocols
 from handsim.grasping.judging.protocols import (
-    JudgedRun,
-    JudgedTask,
+    RunVerdict,
+    TaskVerdict,
     judge_run,
     judge_runs,
     summarise,
@@ -33,7 +33,7 @@ def pretend(task, conditions):
 
 
 def test_the_protocol_decides_and_the_rule_is_told_beside_it():
-    run = JudgedRun(Conditions(seed=4), HELD, 0.2, TURNED, TURNED)
+    run = RunVerdict(Conditions(seed=4), HELD, 0.2, TURNED, TURNED)
     assert not run.success
     said = run.as_json()
     assert (said["success"], said["reason"]) == (False, "tilted")
@@ -47,20 +47,20 @@ def test_the_protocol_decides_and_the_rule_is_told_beside_it():
 
 
 def test_the_rule_decides_where_nothing_else_is_asked_for():
-    said = JudgedRun(Conditions(seed=4), DROPPED, 0.2).as_json()
+    said = RunVerdict(Conditions(seed=4), DROPPED, 0.2).as_json()
     assert (said["success"], said["reason"], said["epsilon"]) == (False, "slipped", 0.2)
     assert "hard_success" not in said
 
 
 def test_hard_successes_are_counted_apart():
-    run = JudgedRun(Conditions(), DROPPED, 0.2, STAYED, TURNED)
+    run = RunVerdict(Conditions(), DROPPED, 0.2, STAYED, TURNED)
     lenient = replace(run, hard=STAYED)
-    result = JudgedTask(CUBE, (run, lenient, run, replace(run, six_axis=TURNED)))
+    result = TaskVerdict(CUBE, (run, lenient, run, replace(run, six_axis=TURNED)))
     said = result.as_json()
     assert said["nominal_success"] is True
     assert said["nominal_hard_success"] is False
     assert (said["trials"], said["successes"], said["hard_successes"]) == (3, 2, 1)
-    whole = summarise([result, JudgedTask(JAR, (lenient,))], 1.5)
+    whole = summarise([result, TaskVerdict(JAR, (lenient,))], 1.5)
     assert (whole["tasks_passed"], whole["tasks_passed_hard"], whole["objects_passed"]) == (2, 1, 2)
 
 
@@ -71,7 +71,7 @@ def test_tasks_keep_their_order_and_seeds(monkeypatch):
     assert [run.conditions.seed for _, run, _ in judged] == [7, 8, 9] * 2
     assert [run.conditions.nominal for _, run, _ in judged] == [True, False, False] * 2
     assert [run.success for _, run, _ in judged] == [True] * 4 + [False] * 2
-    jar = JudgedTask(JAR, tuple(run for _, run, _ in judged[:3]))
+    jar = TaskVerdict(JAR, tuple(run for _, run, _ in judged[:3]))
     assert (jar.successes, len(jar.trials), jar.nominal.epsilon) == (2, 2, 0.1)
     assert "protocol" not in summarise([jar], 1.0)
 
@@ -100,9 +100,9 @@ def test_the_six_pulls_are_made_as_usual_and_hard_where_they_are_asked_for(monke
 
 
 def test_the_hard_pulls_decide_nothing():
-    run = JudgedRun(Conditions(), HELD, 0.2, STAYED, TURNED)
+    run = RunVerdict(Conditions(), HELD, 0.2, STAYED, TURNED)
     assert (run.success, run.reason) == (True, None)
-    run = JudgedRun(Conditions(), HELD, 0.2, TURNED, STAYED)
+    run = RunVerdict(Conditions(), HELD, 0.2, TURNED, STAYED)
     assert (run.success, run.reason) == (False, "tilted")
     assert run.as_json()["hard_success"] is True
     assert run.as_json()["six_axis_hard"]["reason"] is None
@@ -110,26 +110,26 @@ def test_the_hard_pulls_decide_nothing():
 
 
 def test_the_nominal_run_is_none_of_the_trials():
-    held, dropped = (JudgedRun(Conditions(), outcome, 0.2) for outcome in (HELD, DROPPED))
-    result = JudgedTask(CUBE, (held, dropped, held, dropped))
+    held, dropped = (RunVerdict(Conditions(), outcome, 0.2) for outcome in (HELD, DROPPED))
+    result = TaskVerdict(CUBE, (held, dropped, held, dropped))
     said = result.as_json()
     assert said["nominal_success"] is True
     assert (said["trials"], said["successes"]) == (3, 1)
     # 1 of 3 by Wilson's score, after the formula (R. G. Newcombe 1998, method 3).
     assert said["success_interval"] == pytest.approx((0.0615, 0.7923), abs=1e-4)
     assert [each["success"] for each in said["per_trial"]] == [True, False, True, False]
-    said = JudgedTask(CUBE, (dropped, held, held)).as_json()
+    said = TaskVerdict(CUBE, (dropped, held, held)).as_json()
     assert said["nominal_success"] is False
     assert (said["trials"], said["successes"]) == (2, 2)
 
 
 def test_tasks_and_objects_pass_by_their_nominal_run():
-    held, dropped = (JudgedRun(Conditions(), outcome, 0.2) for outcome in (HELD, DROPPED))
+    held, dropped = (RunVerdict(Conditions(), outcome, 0.2) for outcome in (HELD, DROPPED))
     lid = task_by_name("jar-unscrew")
     results = [
-        JudgedTask(JAR, (held, dropped)),
-        JudgedTask(lid, (held,)),
-        JudgedTask(CUBE, (dropped, held)),
+        TaskVerdict(JAR, (held, dropped)),
+        TaskVerdict(lid, (held,)),
+        TaskVerdict(CUBE, (dropped, held)),
     ]
     whole = summarise(results, 2.5)
     assert (whole["tasks_passed"], whole["objects_passed"], whole["seconds"]) == (2, 1, 2.5)
@@ -137,9 +137,9 @@ def test_tasks_and_objects_pass_by_their_nominal_run():
 
 
 def test_hard_passes_are_those_of_nominal_runs():
-    hard = JudgedRun(Conditions(), DROPPED, 0.2, TURNED, STAYED)
-    soft = JudgedRun(Conditions(), DROPPED, 0.2, STAYED, TURNED)
-    results = [JudgedTask(JAR, (hard, soft)), JudgedTask(CUBE, (soft, hard, soft))]
+    hard = RunVerdict(Conditions(), DROPPED, 0.2, TURNED, STAYED)
+    soft = RunVerdict(Conditions(), DROPPED, 0.2, STAYED, TURNED)
+    results = [TaskVerdict(JAR, (hard, soft)), TaskVerdict(CUBE, (soft, hard, soft))]
     whole = summarise(results, 1.0)
     assert (whole["tasks_passed"], whole["tasks_passed_hard"]) == (1, 1)
     said = [each.as_json() for each in results]

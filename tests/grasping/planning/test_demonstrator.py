@@ -32,33 +32,33 @@ from handsim.tasks.table_one import TASK_NAMES, task_by_name
 from handsim.types import HandSize
 
 
-def adjusted(**values: float) -> DemonstratorOffsets:
+def offset_by(**values: float) -> DemonstratorOffsets:
     return DemonstratorOffsets(tuple(values.get(name, 0.0) for name in SPREADS))
 
 
 def test_every_kind_of_grasp_closes_within_the_joint_ranges():
-    for closing in (*PRESHAPES.values(), PINCH):
-        for q in (closing.open, closing.shut):
+    for preshape in (*PRESHAPES.values(), PINCH):
+        for q in (preshape.open, preshape.shut):
             assert (q >= LOWER).all()
             assert (q <= UPPER).all()
 
 
-def test_thin_things_are_pinched():
+def test_thin_objects_are_pinched():
     assert preshape_for(task_by_name("pen-move").grasp) is PINCH
     assert preshape_for(task_by_name("cube-raise").grasp) is PRESHAPES["top"]
 
 
-def test_an_adjustment_of_nothing_changes_nothing():
+def test_offsets_of_zero_change_nothing():
     preshape = DemonstratorOffsets().preshape(PRESHAPES["top"])
     np.testing.assert_array_equal(preshape.shut, PRESHAPES["top"].shut)
     palm = Pose(np.array([0.1, 0.2, 0.3]), Rotation.from_euler("x", 0.4).as_quat(scalar_first=True))
     np.testing.assert_allclose(DemonstratorOffsets().palm(palm, "left").pos, palm.pos)
 
 
-def test_adjustments_are_in_the_palms_frame_and_mirrored_for_the_left():
+def test_offsets_are_in_the_palms_frame_and_mirrored_for_the_left():
     turned = Rotation.from_euler("z", 90, degrees=True).as_quat(scalar_first=True)
     palm = Pose(np.zeros(3), turned)
-    change = adjusted(x_mm=10, y_mm=4, turn_z_deg=5)
+    change = offset_by(x_mm=10, y_mm=4, turn_z_deg=5)
     right, left = change.palm(palm, "right"), change.palm(palm, "left")
     np.testing.assert_allclose(right.pos, [-0.004, 0.010, 0], atol=1e-12)
     np.testing.assert_allclose(left.pos, [0.004, 0.010, 0], atol=1e-12)
@@ -66,8 +66,8 @@ def test_adjustments_are_in_the_palms_frame_and_mirrored_for_the_left():
     np.testing.assert_allclose(turns, [[0, 0, 5], [0, 0, -5]], atol=1e-9)
 
 
-def test_adjusted_joints_move_by_what_is_said():
-    preshape = adjusted(fingers_mcp=5, index_middle_mcp=2, squeeze=0.5).preshape(PRESHAPES["top"])
+def test_joints_move_by_their_offsets():
+    preshape = offset_by(fingers_mcp=5, index_middle_mcp=2, squeeze=0.5).preshape(PRESHAPES["top"])
     moved = np.rad2deg(preshape.shut - PRESHAPES["top"].shut)
     assert moved[JOINT_INDEX["index_mcp"]] == pytest.approx(7)
     assert moved[JOINT_INDEX["ring_mcp"]] == pytest.approx(5)
@@ -75,13 +75,13 @@ def test_adjusted_joints_move_by_what_is_said():
     assert preshape.squeeze == pytest.approx(PRESHAPES["top"].squeeze + 0.5)
 
 
-def test_adjustments_survive_a_round_trip(tmp_path, monkeypatch):
+def test_offsets_survive_a_round_trip(tmp_path, monkeypatch):
     path = tmp_path / "demonstrations.json"
-    write_demonstrator_offsets({"pen-move": adjusted(x_mm=1.5, squeeze=-0.25)}, path)
+    write_demonstrator_offsets({"pen-move": offset_by(x_mm=1.5, squeeze=-0.25)}, path)
     monkeypatch.setattr(offsets, "demonstrator_offsets_file", lambda: path)
     demonstrator_offsets.cache_clear()
     try:
-        assert demonstrator_offsets()["pen-move"] == adjusted(x_mm=1.5, squeeze=-0.25)
+        assert demonstrator_offsets()["pen-move"] == offset_by(x_mm=1.5, squeeze=-0.25)
         path.write_text("[1]")
         demonstrator_offsets.cache_clear()
         with pytest.raises(FileError, match="make it again"):
@@ -90,7 +90,7 @@ def test_adjustments_survive_a_round_trip(tmp_path, monkeypatch):
         demonstrator_offsets.cache_clear()
 
 
-def test_the_stored_adjustments_are_of_tasks():
+def test_the_stored_offsets_are_of_tasks():
     assert set(demonstrator_offsets()) <= {*TASK_NAMES, "phone-today-view"}
 
 
@@ -106,7 +106,7 @@ def test_a_left_hand_grasps_as_the_mirror_image():
     np.testing.assert_allclose(plans["left"].q_goal, plans["right"].q_goal, atol=1e-6)
 
 
-def test_manners_vary_within_their_ranges_and_repeat():
+def test_variations_stay_within_their_ranges_and_repeat():
     variations = [trial_variation(seed) for seed in range(60)]
     np.testing.assert_array_equal(trial_variation(7).rest, variations[7].rest)
     reaches = [m.reach for m in variations]

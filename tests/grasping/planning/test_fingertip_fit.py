@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from handsim.grasping.plan import GraspPlan, Pose
-from handsim.grasping.planning import fingertip_fit as placement
+from handsim.grasping.planning import fingertip_fit
 from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips, pad_targets
 from handsim.grasping.planning.opposition import palm_pose
@@ -21,11 +21,11 @@ TASK = task_by_name("cube-raise")
 
 
 class Line:
-    """A subspace of one component: the way from a closing's open to its shut posture."""
+    """A subspace of one component: the way from a preshape's open to its shut posture."""
 
     def __init__(self):
-        closing = preshape_for(TASK.grasp)
-        self.origin, self.way = closing.open, closing.shut - closing.open
+        preshape = preshape_for(TASK.grasp)
+        self.origin, self.way = preshape.open, preshape.shut - preshape.open
 
     def transform(self, q):
         return np.array([(q - self.origin) @ self.way / (self.way @ self.way)])
@@ -74,8 +74,8 @@ def test_a_lever_between_thumb_and_fingers_is_taken_away_where_it_counts(hand):
 
     class Askew(Line):
         def __init__(self):
-            closing = preshape_for(task.grasp)
-            self.origin, self.way = closing.open + aside, closing.shut - closing.open
+            preshape = preshape_for(task.grasp)
+            self.origin, self.way = preshape.open + aside, preshape.shut - preshape.open
 
     line, box = Askew(), (np.array([0.0]), np.array([1.2]))
     start = line.transform(plan.q_goal)
@@ -160,7 +160,7 @@ def weigh(monkeypatch):
             weigh.start = start
             return SimpleNamespace(x=point, fun=residuals(point))
 
-        monkeypatch.setattr(placement, "least_squares", here)
+        monkeypatch.setattr(fingertip_fit, "least_squares", here)
         start = point[:1] if z_start is None else np.array([z_start])
         return fit_fingertips(
             hand, Bases(), targets, start, (np.array([-1.0]), np.array([1.0])), lever

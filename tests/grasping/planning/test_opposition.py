@@ -31,16 +31,16 @@ def hand() -> HandModel:
 @pytest.mark.parametrize("name", TASKS)
 def test_the_hand_closes_to_the_width_of_the_object(hand, name):
     grasp = task_by_name(name).grasp
-    closing = PRESHAPES[grasp.kind]
-    q = close_to_width(hand, closing.open, closing.shut, grasp)
+    preshape = PRESHAPES[grasp.kind]
+    q = close_to_width(hand, preshape.open, preshape.shut, grasp)
     assert opposition(hand, q, grasp).gap == pytest.approx(grasp.width, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", TASKS)
 def test_alignment_lays_the_pads_on_the_grasp(hand, name):
     grasp = task_by_name(name).grasp
-    closing = PRESHAPES[grasp.kind]
-    q = close_to_width(hand, closing.open, closing.shut, grasp)
+    preshape = PRESHAPES[grasp.kind]
+    q = close_to_width(hand, preshape.open, preshape.shut, grasp)
     palm = align_palm(opposition(hand, q, grasp), grasp)
     hand.set_posture(q)
     here = palm_pose(hand)
@@ -76,9 +76,9 @@ def test_the_forearm_gives_way_to_the_wrist(hand, angles):
 
 def test_widths_beyond_reach_give_the_nearer_end(hand):
     grasp = task_by_name("cube-raise").grasp
-    closing = PRESHAPES[grasp.kind]
-    wide = close_to_width(hand, closing.open, closing.shut, replace(grasp, width=0.5))
-    np.testing.assert_allclose(wide, closing.open)
+    preshape = PRESHAPES[grasp.kind]
+    wide = close_to_width(hand, preshape.open, preshape.shut, replace(grasp, width=0.5))
+    np.testing.assert_allclose(wide, preshape.open)
 
 
 def test_an_opposition_is_that_of_the_pads_in_the_palm(hand):
@@ -152,15 +152,15 @@ def test_a_hand_that_rests_stays_level():
 def test_closing_stops_on_the_way_and_within_the_ranges(hand):
     """At a width in between the posture lies on the line from open to shut."""
     grasp = task_by_name("cube-raise").grasp
-    closing = PRESHAPES[grasp.kind]
-    q = close_to_width(hand, closing.open, closing.shut, grasp)
-    way = closing.shut - closing.open
-    part = (q - closing.open) @ way / (way @ way)
+    preshape = PRESHAPES[grasp.kind]
+    q = close_to_width(hand, preshape.open, preshape.shut, grasp)
+    way = preshape.shut - preshape.open
+    part = (q - preshape.open) @ way / (way @ way)
     assert 0.05 < part < 0.95
-    np.testing.assert_allclose(q, closing.open + part * way, atol=1e-12)
-    shut = close_to_width(hand, closing.open, closing.shut, replace(grasp, width=1e-3))
-    np.testing.assert_allclose(shut, closing.shut)
-    far = closing.shut + np.where(way > 0, 3.0, 0.0)
+    np.testing.assert_allclose(q, preshape.open + part * way, atol=1e-12)
+    shut = close_to_width(hand, preshape.open, preshape.shut, replace(grasp, width=1e-3))
+    np.testing.assert_allclose(shut, preshape.shut)
+    far = preshape.shut + np.where(way > 0, 3.0, 0.0)
     beyond = close_to_width(hand, far, far, replace(grasp, width=-1.0))
     np.testing.assert_array_equal(beyond, np.clip(far, LOWER, UPPER))
     beyond = close_to_width(hand, far, far, replace(grasp, width=1.0))

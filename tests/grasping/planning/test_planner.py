@@ -34,7 +34,7 @@ def test_starts_are_of_both_kinds_and_lie_apart(controller, search, starts):
     plans = starts
     coordinates = {plan.q_goal.tobytes(): plan.q_goal for plan in plans}.values()
     assert len(plans) == len(planner.ARRIVALS) * len(coordinates)
-    assert len(coordinates) > planner.N_PLACEMENTS
+    assert len(coordinates) > planner.N_FITS
     assert {plan.arrive for plan in plans} == set(planner.ARRIVALS)
     for plan in plans:
         z = controller.subspace.transform(plan.q_goal)
@@ -43,7 +43,7 @@ def test_starts_are_of_both_kinds_and_lie_apart(controller, search, starts):
 
 @pytest.mark.parametrize("holds_longer", [True, False])
 def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatch, holds_longer):
-    searched, judged = [], iter([holds_longer, True])
+    searched, verdicts = [], iter([holds_longer, True])
 
     class Search:
         def __init__(self, controller, task, conditions):
@@ -60,7 +60,7 @@ def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatc
             return -0.5, f"better than {start}"
 
     def run_plan(controller, scene, plan):
-        return SimpleNamespace(plan=plan, outcome=SimpleNamespace(success=next(judged)))
+        return SimpleNamespace(plan=plan, outcome=SimpleNamespace(success=next(verdicts)))
 
     monkeypatch.setattr(planner, "_Search", Search)
     monkeypatch.setattr(planner, "run_plan", run_plan)

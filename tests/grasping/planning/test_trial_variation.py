@@ -52,7 +52,7 @@ def test_reaches_last_as_long_as_peoples(variations):
     assert abs(np.corrcoef(reaches, peak_aperture_at)[0, 1]) < 0.15
 
 
-def test_a_manner_is_its_seeds_and_not_the_perturbations(variations):
+def test_a_variation_depends_on_its_seed_and_not_on_the_perturbations(variations):
     assert trial_variation(5).reach == variations[5].reach
     np.testing.assert_array_equal(trial_variation(5).rest, variations[5].rest)
     assert len({each.rest.tobytes() for each in variations}) == 600
@@ -71,7 +71,7 @@ def test_postures_stay_within_the_joints_ranges(monkeypatch):
     assert (rests <= UPPER).all()
 
 
-def test_the_usual_manner_is_rest(variations):
+def test_the_usual_variation_begins_at_rest(variations):
     relaxed = posture(
         (15, 25, 12), thumb_rotation=25, thumb_abduction=20, thumb_mcp=12, thumb_ip=10,
         palm_arch=3, wrist_flexion=5,

@@ -149,11 +149,11 @@ def wait_for_rows(process: subprocess.Popen, output: Path, n: int) -> None:
 
 def workers_of(process: subprocess.Popen) -> list[psutil.Process]:
     children = psutil.Process(process.pid).children(recursive=True)
-    return [child for child in children if "loky" in " ".join(child.cmdline()) and busy(child)]
+    return [child for child in children if busy(child)]
 
 
 def busy(process: psutil.Process) -> bool:
-    """Whether it is a worker, and not what counts the pool's semaphores."""
+    """Whether it is a worker, and not what counts shared resources (`resource_tracker`)."""
     return "resource_tracker" not in " ".join(process.cmdline())
 
 

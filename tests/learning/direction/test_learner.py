@@ -13,7 +13,6 @@ from handsim.learning.direction.learner import (
     DirectionLearner,
     recorded_samples,
     rolled_out_samples,
-    second_differences,
 )
 from handsim.learning.fit.lbfgs import Minimum
 from handsim.learning.learn import learn_controller
@@ -157,36 +156,16 @@ def test_a_condition_that_holds_everywhere_has_no_points_left() -> None:
 def test_samples_lead_along_back_and_ahead() -> None:
     line = np.outer(np.linspace(0, 2, 50), [1.0, 0.0])
     samples = recorded_samples([line], np.random.default_rng(0))
-    np.testing.assert_allclose(np.linalg.norm(samples.wanted, axis=1), 1.0)
+    np.testing.assert_allclose(np.linalg.norm(samples.vectors, axis=1), 1.0)
     assert samples.points[:, 0].max() <= 0.97 * 2 + 1e-9
     aside = samples.points[:, 1]
     assert np.deg2rad(5) < np.abs(aside).max() <= np.deg2rad(15)
     np.testing.assert_allclose(
-        samples.wanted[:, 1] / samples.wanted[:, 0], -1.5 / np.deg2rad(100) * aside, atol=1e-12
+        samples.vectors[:, 1] / samples.vectors[:, 0], -1.5 / np.deg2rad(100) * aside, atol=1e-12
     )
     parallel = FlowPath(line + [0.0, 0.3], False, "stuck")
     back = rolled_out_samples([parallel], [line])
-    assert (back.wanted[:, 1] < 0).all() and (back.wanted[:, 0] > 0).all()
-
-
-def test_second_differences_vanish_on_planes_only() -> None:
-    i, j = np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij")
-    value, slope = second_differences(2 + 3 * i - j)
-    assert value == pytest.approx(0, abs=1e-9) and np.abs(slope).max() < 1e-9
-    assert second_differences(i**2)[0] == pytest.approx(4 * 3 * 6)  # (2)^2 at 3 places in 6 rows
-    assert second_differences(j**2)[0] == pytest.approx(4 * 4 * 5)
-
-
-@pytest.mark.parametrize("shape", [(9,), (5, 6), (4, 5, 6)])
-def test_the_slope_of_second_differences_is_whole(shape: tuple[int, ...]) -> None:
-    """Of a quadratic form c' S c the slope along c is twice its value."""
-    rng = np.random.default_rng(0)
-    c, other = rng.normal(size=shape), rng.normal(size=shape)
-    value, slope = second_differences(c)
-    assert np.sum(slope * c) == pytest.approx(2 * value)
-    step = 1e-6
-    ahead, behind = second_differences(c + step * other), second_differences(c - step * other)
-    assert (ahead[0] - behind[0]) / (2 * step) == pytest.approx(np.sum(slope * other), rel=1e-7)
+    assert (back.vectors[:, 1] < 0).all() and (back.vectors[:, 0] > 0).all()
 
 
 def test_the_cost_has_the_gradient_it_says(paths: list, monkeypatch: pytest.MonkeyPatch) -> None:

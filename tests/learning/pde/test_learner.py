@@ -7,9 +7,10 @@ import pytest
 from scipy.optimize import check_grad
 
 from handsim.errors import InputError
+from handsim.learning.fit.designs import JetDesign
+from handsim.learning.fit.field_samples import FieldSamples
 from handsim.learning.pde.learner import PDELearner, descend
 from handsim.learning.pde.problem import (
-    Experiments,
     Functional,
     beside,
     boundary_points,
@@ -45,7 +46,7 @@ def functional(weights: tuple[float, float, float, float], k: float) -> tuple[Fu
     rng = np.random.default_rng(0)
     basis = TensorBasis.uniform([-1.0, -1.0], [1.0, 1.0], (7, 8))
     points, goals = rng.uniform(-0.9, 0.9, (2, 30, 2))
-    asked = Experiments(points, rng.normal(size=(30, 2)), goals)
+    asked = FieldSamples(points, rng.normal(size=(30, 2)), goals)
     return Functional(basis, asked, goals[:3], k, weights, 0.4), basis.n_coefficients
 
 
@@ -78,7 +79,7 @@ def test_the_pde_holds_on_a_navigation_function() -> None:
     c = 1.0 + 0.2 * rng.normal(size=basis.n_coefficients)
     phi = NavigationFunction(SplineObstacle(TensorBSpline(basis, c)), 2.0)
     points, goals = rng.uniform(-0.9, 0.9, (2, 50, 3))
-    asked = Experiments(points, -phi.jets(points, goals, 1)[1], goals)
+    asked = FieldSamples(points, -phi.jets(points, goals, 1)[1], goals)
     exact = Functional(basis, asked, goals, 2.0, (1.0, 1.0, 1.0, 0.0), 0.1)
     assert exact.parts(c)["J_PDE"] < 1e-18
     assert exact.parts(1.01 * c)["J_PDE"] > 1e-3
@@ -103,7 +104,7 @@ def test_velocities_are_forward_differences_and_the_last_frame_is_the_destinatio
 def test_time_scale_keeps_the_path_integral_of_speed_below_one(paths: list) -> None:
     asked = remaining_speeds(paths, 0.9, 0.0)
     lengths = [arc_length(path)[-1] for path in paths]
-    speed = np.linalg.norm(asked.velocities, axis=1).reshape(len(paths), -1)
+    speed = np.linalg.norm(asked.vectors, axis=1).reshape(len(paths), -1)
     integrals = [
         np.trapezoid(s, np.linspace(0, length, len(s)))
         for s, length in zip(speed, lengths, strict=True)
@@ -111,14 +112,14 @@ def test_time_scale_keeps_the_path_integral_of_speed_below_one(paths: list) -> N
     assert max(integrals) == pytest.approx(0.9, rel=1e-6)
     times = [np.arange(len(path)) / 50 for path in paths]
     measured = measured_speeds(paths, times, 0.9, 0.04)
-    assert np.linalg.norm(measured.velocities, axis=1).min() > 0
+    assert np.linalg.norm(measured.vectors, axis=1).min() > 0
 
 
 def test_corridor_leads_back(paths: list) -> None:
     on_path = remaining_speeds(paths, 0.9, 0.04)
     aside = beside(on_path, np.random.default_rng(0))
     offset = aside.points - np.tile(on_path.points, (4, 1))
-    turned = aside.velocities - np.tile(on_path.velocities, (4, 1))
+    turned = aside.vectors - np.tile(on_path.vectors, (4, 1))
     assert np.linalg.norm(offset, axis=1).max() > 0.05
     far = np.linalg.norm(offset, axis=1) > 0.02
     assert (np.sum(offset * turned, axis=1)[far] < 0).all()
@@ -130,9 +131,9 @@ def test_boundary_stays_closed_by_construction() -> None:
     assert ((np.abs(faces) == 1).any(axis=1)).all() and len(faces) == 24
     inner = vanishing_on_boundary(basis)
     c = np.random.default_rng(0).normal(size=basis.n_coefficients)
-    on_faces = basis.design(faces, (0, 0))
-    assert np.abs(on_faces @ (c * inner)).max() < 1e-12
-    assert np.abs(on_faces @ (c * ~inner)).max() > 0.1
+    on_faces = JetDesign(basis, faces)
+    assert np.abs(on_faces(c * inner)[0]).max() < 1e-12
+    assert np.abs(on_faces(c * ~inner)[0]).max() > 0.1
 
 
 def test_gradient_descent_never_rises_and_reaches_a_bowl() -> None:

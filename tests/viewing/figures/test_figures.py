@@ -1,10 +1,10 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from PIL import Image
 from sklearn.decomposition import PCA
 
 from handsim.joints import UPPER
@@ -20,18 +20,18 @@ from handsim.navigation.paths import at_arc_length
 from handsim.navigation.workspace import lay_basis
 from handsim.recordings.folder import Recording, RecordingSet
 from handsim.types import HandSize
-from handsim.viewing.figures import figures
-from handsim.viewing.figures.figures import (
+from handsim.viewing.figures import paper_figures
+from handsim.viewing.figures.field_figures import field_figure, level_sets_figure
+from handsim.viewing.figures.fit_figure import learning_figure
+from handsim.viewing.figures.paper_figures import make_figures
+from handsim.viewing.figures.path_figures import (
     components_figure,
     draw_eigengrasps,
-    field_figure,
-    learning_figure,
-    level_sets_figure,
-    make_figures,
+    eigengrasps,
     paths_figure,
-    variance_figure,
 )
 from handsim.viewing.figures.style import BLUE, GREEN, VERMILION, save_figure
+from handsim.viewing.figures.variance_figure import cumulative_variance, variance_figure
 
 
 def closing(seed: int, n: int = 41) -> Recording:
@@ -132,6 +132,12 @@ def test_variance_is_that_of_scikit_learn(recordings: RecordingSet) -> None:
     assert figure.axes[0].texts[0].get_text() == f"3 components: {expected[2]:.1f} %"
 
 
+def test_variance_of_few_postures_is_explained_by_fewer_components() -> None:
+    fractions = cumulative_variance(np.random.default_rng(0).normal(size=(5, 22)))
+    assert fractions.shape == (22,)
+    np.testing.assert_allclose(fractions[3:], 1.0)
+
+
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_paths_are_shown_with_their_ends(n: int) -> None:
     rng = np.random.default_rng(n)
@@ -171,7 +177,17 @@ def test_components_run_over_normalised_arc_length() -> None:
     assert [axes.get_title() for axes in figure.axes[1:4]] == ["−2 σ", "mean", "+2 σ"]
 
 
-def test_eigengrasps_go_both_ways_from_the_mean(
+def test_eigengrasps_lie_at_both_ends_of_each_component(recordings: RecordingSet) -> None:
+    subspace = PostureSubspace(3).fit(np.vstack([recording.q for recording in recordings]))
+    postures = eigengrasps(subspace, 2.0)
+    assert postures.shape == (3, 3, 22)
+    np.testing.assert_allclose(postures[:, 1], np.tile(subspace.mean_, (3, 1)))
+    np.testing.assert_allclose(postures[:, [0, 2]].mean(axis=1), postures[:, 1])
+    spread = np.linalg.norm(postures[:, 2] - postures[:, 0], axis=1)
+    np.testing.assert_allclose(spread, 4 * np.sqrt(subspace.explained_variance_))
+
+
+def test_pictures_of_eigengrasps_go_both_ways_from_the_mean(
     rendering: str, controller: GraspController
 ) -> None:
     pictures = draw_eigengrasps(controller.subspace, size=64)
@@ -193,13 +209,13 @@ def test_all_figures_in_both_formats(
 ) -> None:
     done: list[float] = []
     titles = []
-    original = figures.save_figure
+    original = paper_figures.save_figure
 
     def save(figure: Figure, folder: Path, name: str) -> list[Path]:
         titles.append(figure.get_suptitle())
         return original(figure, folder, name)
 
-    monkeypatch.setattr(figures, "save_figure", save)
+    monkeypatch.setattr(paper_figures, "save_figure", save)
     written = make_figures(controller, recordings, target, done.append)
     assert titles == ["synthetic recordings"] * 6
     assert sorted(path.name for path in written) == sorted(path.name for path in target.iterdir())
@@ -216,9 +232,9 @@ def test_all_figures_in_both_formats(
     assert done[-1] == 1.0
     for path in written:
         if path.suffix == ".png":
-            with Image.open(path) as image:
-                assert min(image.size) > 400
-                assert np.ptp(np.asarray(image.convert("L"))) > 200
+            image = iio.imread(path, plugin="pillow", mode="L")
+            assert min(image.shape) > 400
+            assert np.ptp(image) > 200
         else:
             assert ElementTree.parse(path).getroot().tag.endswith("svg")
 

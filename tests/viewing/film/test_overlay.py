@@ -111,15 +111,6 @@ def test_inset_has_its_second_coordinate_upwards() -> None:
     assert highest < lowest - 20
 
 
-def test_inset_shows_the_path_to_compare_with() -> None:
-    time = np.linspace(0, 1, 11)
-    z = np.stack([time, time], axis=1)
-    plain, compared = grey(), grey()
-    SubspaceInset(time, z).draw(plain, 0.0)
-    SubspaceInset(time, z, reference=z ** [1, 2]).draw(compared, 0.0)
-    assert (plain != compared).any(axis=-1).sum() > 20
-
-
 def test_inset_of_a_movement_that_stays() -> None:
     frame = grey()
     SubspaceInset(np.zeros(1), np.zeros((1, 3))).draw(frame, 0.0)

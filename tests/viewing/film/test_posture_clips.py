@@ -3,12 +3,11 @@ import numpy as np
 import pytest
 
 from handsim.joints import FINGERS, JOINT_INDEX, JOINT_NAMES, UPPER
-from handsim.learning.learn import learn_controller
-from handsim.recordings.folder import Recording, RecordingSet
+from handsim.recordings.folder import Recording
 from handsim.types import HandSize
 from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
-from handsim.viewing.film.posture_clips import comparison_clips, posture_clip, posture_model
+from handsim.viewing.film.posture_clips import posture_clip, posture_model
 
 
 def closing(n: int = 41, seed: int = 0) -> Recording:
@@ -67,22 +66,3 @@ def test_frames_show_a_hand_before_a_plain_background(rendering: str, hand: mujo
         assert 0.05 < (red > 30).mean() < 0.5, "skin"
         assert (red < 5).mean() > 0.4, "background"
     assert len({frame.tobytes() for frame in frames}) == 5
-
-
-def test_recording_beside_controller_starts_and_ends_with_it() -> None:
-    recordings = RecordingSet(tuple(closing(seed=seed) for seed in range(4)))
-    controller, _ = learn_controller(recordings, n_components=2)
-    recording = recordings[2]
-    left, right = comparison_clips(recording, controller)
-    assert left.duration == pytest.approx(recording.duration)
-    assert right.duration == pytest.approx(recording.duration, abs=0.011)
-    assert left.model is right.model
-    assert left.overlays[0].lines == ("synthetic recording r2", "cube-raise")
-    assert right.overlays[0].lines == ("controller", "arrives")
-    for end in (0, -1):
-        gap = np.linalg.norm(left.qpos[end] - right.qpos[end])
-        # What the subspace leaves out, and the 4 deg within which a path counts as arrived.
-        kept = controller.subspace.inverse_transform(
-            controller.subspace.transform(recording.q[end])
-        )
-        assert gap <= np.linalg.norm(recording.q[end] - kept) + np.deg2rad(4.1)
