@@ -4,12 +4,13 @@
 #   make test       the tests, slow ones sampled
 #   make test-ci    the slow ones that nothing may land without
 #   make mutants    whether the tests notice small faults in what decides verdicts
+#   make docs       the documentation, to out/docs/index.html
 PYTHON ?= python3
 BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
 
-.PHONY: setup demo test test-ci test-all mutants check notebooks bench build clean lock models assets pictures rendering results
+.PHONY: setup demo test test-ci test-all mutants coverage check docs notebooks bench build clean lock models assets pictures rendering results
 .DELETE_ON_ERROR:
 
 setup: .venv/.installed
@@ -53,11 +54,24 @@ test-all: setup
 mutants: setup
 	$(BIN)/python tests/mutants/run.py
 
+# Each process measures its own lines (pyproject.toml); here they are put together.
+coverage: setup
+	mkdir -p out
+	$(BIN)/python -m coverage erase
+	OPENBLAS_NUM_THREADS=$${OPENBLAS_NUM_THREADS:-1} $(BIN)/python -m coverage run -m pytest \
+	  --numprocesses auto --maxprocesses 8 --benchmark-disable -m "not slow" tests
+	$(BIN)/python -m coverage combine --quiet
+	$(BIN)/python -m coverage report
+
 check: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
 	$(BIN)/pyright
+
+docs: rendering
+	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.opengl.backend import choose_backend as f; print(f())") \
+	$(BIN)/sphinx-build -W --keep-going -j auto docs out/docs
 
 notebooks: setup
 	$(BIN)/python -m pytest --nbmake notebooks

@@ -78,8 +78,10 @@ JOINTS: tuple[Joint, ...] = (
     Joint("wrist_flexion", "wrist pitch", None, "flexion", -70, 80),
     Joint("wrist_deviation", "wrist yaw", None, "deviation", -30, 20),
 )
+"""The 22 joints in glove order."""
 
 JOINT_NAMES: tuple[str, ...] = tuple(joint.name for joint in JOINTS)
+"""Names of the 22 joints in glove order."""
 N_JOINTS = len(JOINTS)
 JOINT_INDEX: dict[str, int] = {name: i for i, name in enumerate(JOINT_NAMES)}
 
