@@ -69,9 +69,10 @@ check: setup
 	$(BIN)/lint-imports
 	$(BIN)/pyright
 
+# All pages are read again, since modules may have gone; notebooks only where they have changed.
 docs: rendering
 	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.opengl.backend import choose_backend as f; print(f())") \
-	$(BIN)/sphinx-build -W --keep-going -j auto docs out/docs
+	$(BIN)/sphinx-build -W -E --keep-going -j auto docs out/docs
 
 notebooks: setup
 	$(BIN)/python -m pytest --nbmake notebooks
