@@ -48,7 +48,7 @@ from .recordings.folder import read_postures as read_postures
 from .recordings.folder import read_recordings as read_recordings
 from .recordings.folder import write_postures as write_postures
 from .recordings.folder import write_recordings as write_recordings
-from .recordings.importers.west_rtg import import_recordings as import_recordings
+from .recordings.importers.import_files import import_recordings as import_recordings
 from .recordings.recording import Recording as Recording
 from .recordings.recording import RecordingSet as RecordingSet
 from .retargeting.retarget import Retargeter as Retargeter

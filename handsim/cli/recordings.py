@@ -19,7 +19,7 @@ def import_(
 ) -> None:
     """Turn published recordings into a folder of CSV files."""
     from handsim.recordings.folder import write_recordings
-    from handsim.recordings.importers.west_rtg import import_recordings
+    from handsim.recordings.importers.import_files import import_recordings
 
     recordings = import_recordings(files, format, subject)
     write_recordings(recordings, output)

@@ -75,12 +75,11 @@ def figures(
 
 def _clip(source: Path, *, measurements: bool) -> "Clip":
     from handsim.grasping.rollout_file import read_rollout
+    from handsim.learning.controller import PostureSequence
     from handsim.recordings.folder import read_postures
-    from handsim.viewing.film.overlay import Caption
-    from handsim.viewing.film.posture_clips import posture_clip
-    from handsim.viewing.film.rollout_clips import rollout_clip
+    from handsim.viewing.render import clip_of
 
     if source.suffix.lower() == ".csv":
-        time, q = read_postures(source)
-        return posture_clip(time, q, overlays=(Caption((source.stem,)),))
-    return rollout_clip(read_rollout(source), measurements)
+        sequence = PostureSequence(*read_postures(source), arrived=True, reason="")
+        return clip_of(sequence, caption=source.stem)
+    return clip_of(read_rollout(source), measurements=measurements)

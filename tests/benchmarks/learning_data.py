@@ -10,7 +10,7 @@ import numpy as np
 from handsim.learning.subspace import PostureSubspace
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.paths import path_error
-from handsim.recordings.importers.west_rtg import import_recordings
+from handsim.recordings.importers.import_files import import_recordings
 
 DATA = Path(__file__).parents[2] / "../shared/data/reach_to_grasp"
 FILES = [DATA / f"{letter}_R2G_SUBJECTbyOBJECT_raw.mat" for letter in "Xt"]

@@ -1,6 +1,6 @@
-"""Published recordings in their own layouts -> `RecordingSet`.
+"""The layout ``west-rtg`` of published recordings.
 
-``west-rtg``: the reach-and-grasp source data of A. M. West Jr. and N. Hogan, "Kinematic Hand
+The reach-and-grasp source data of A. M. West Jr. and N. Hogan, "Kinematic Hand
 Synergies Differ Between Reach-and-Grasp and Functional Object Manipulation" (Zenodo,
 doi:10.5281/zenodo.14532969): two MATLAB 5 files with the cells ``X_R2G_SUBJECTbyOBJECT`` (joint
 angles [rad], 23 columns) and ``t_R2G_SUBJECTbyOBJECT`` (times [s]), subjects x 5 objects, the
@@ -25,20 +25,18 @@ The middle finger's abduction is the reference of the others, nearly constant (s
 1 to 2 deg), and dropped.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from handsim.errors import FileError, InputError, UnknownNameError
+from handsim.errors import FileError, InputError
 from handsim.recordings.folder import Recording, RecordingSet
 from handsim.recordings.importers._matlab import read_variables
 from handsim.recordings.phases import cut_reach_to_grasp
 from handsim.types import Array, HandSize
-
-FORMATS = ("west-rtg",)
-"""Names of the layouts that `import_recordings` reads."""
 
 _WEST_OBJECTS = ("scissors", "zip-tie", "screwdriver", "wire-harness-tied", "wire-harness-untied")
 _WEST_N_COLUMNS = 23
@@ -54,17 +52,13 @@ _WEST_SIGNS = np.array(
 _UNKNOWN_HAND = HandSize(0.19, 0.085)
 
 
-def import_recordings(
-    files: list[Path] | tuple[Path, ...], format: str, subject: int | None = None
-) -> RecordingSet:
-    """Read recordings published in a layout of their own, cut to the reach-to-grasp phase.
+def read_west_rtg(files: Sequence[Path], subject: int | None = None) -> RecordingSet:
+    """Read the two published files, cut to the reach-to-grasp phase.
 
     Parameters
     ----------
     files
-        The published files, in any order.
-    format
-        One of `FORMATS`.
+        In any order.
     subject
         Number of the subject, from 1; all subjects where it is left out.
 
@@ -74,11 +68,7 @@ def import_recordings(
         If a file is missing, damaged or not of the layout.
     InputError
         If the subject is not among those in the files.
-    UnknownNameError
-        If the format is not known.
     """
-    if format not in FORMATS:
-        raise UnknownNameError("format", format, FORMATS)
     angles, times = _west_cells([Path(file) for file in files])
     n_subjects = angles.shape[0]
     if subject is not None and not 1 <= subject <= n_subjects:

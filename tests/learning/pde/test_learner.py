@@ -26,7 +26,7 @@ from handsim.navigation.flow import follow
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import SplineObstacle
 from handsim.navigation.paths import arc_length, path_error
-from handsim.recordings.importers.west_rtg import import_recordings
+from handsim.recordings.importers.import_files import import_recordings
 
 REAL = Path(__file__).parents[3] / "../shared/data/reach_to_grasp"
 REAL_FILES = [REAL / f"{letter}_R2G_SUBJECTbyOBJECT_raw.mat" for letter in "Xt"]

@@ -8,7 +8,7 @@ from scipy.io import savemat
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.joints import JOINT_INDEX
-from handsim.recordings.importers.west_rtg import import_recordings
+from handsim.recordings.importers.import_files import import_recordings
 
 REAL = Path(__file__).parents[3] / "../shared/data/reach_to_grasp"
 REAL_FILES = [REAL / f"{letter}_R2G_SUBJECTbyOBJECT_raw.mat" for letter in "tX"]
