@@ -1,11 +1,10 @@
 """Scores: how close the paths of a controller are to recorded ones.
 
-Path error (as in the paper's Fig. 7): both paths are resampled at 100 points equally spaced in
-their own arc length; the error is the root of the mean squared distance in the subspace. Straight:
-the same for the segment from start to destination, which is the flow of a constant beta.
-Repeatability: the path error of the other trials
-of the same object by the same person, their ends moved to match. A path that does not arrive is
-scored like all others.
+Path error, as in the paper's Fig. 7: both paths resampled at 100 points equally spaced in their own
+arc length, root of the mean squared distance in the subspace. Straight: the same for the segment
+from start to destination, which is the flow of a constant beta. Repeatability: the path error of
+the other trials of the same object by the same person, their ends moved to match. A path that does
+not arrive is scored like all others.
 """
 
 from collections.abc import Callable

@@ -6,8 +6,7 @@ the paper, or squared in a metric that depends on the destination (`navigation.m
 Obstacles (`navigation.obstacle`) give ln beta, because beta and gamma_d^k span many decades. With
 it the control law of Sec. V-C of the paper is
 
-    u = (gamma_d^k + beta)^(-1/k) beta / (gamma_d^k + beta)
-        (gamma_d grad(ln beta) / k - grad gamma_d)
+    u = beta (gamma_d^k + beta)^(-1/k - 1) (gamma_d grad(ln beta) / k - grad gamma_d)
 
 so that the flow points along v = gamma_d grad(ln beta) / k - grad gamma_d.
 """
