@@ -16,6 +16,7 @@ from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.forearm import Wrist
 from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.jobs import Job, commands_of
 from handsim.grasping.rollout.run import diverged, simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
@@ -81,6 +82,21 @@ def test_commands_are_targets_with_the_squeeze_added(made):
     last = made.driver.asked[-1][1]
     np.testing.assert_array_equal(ctrl[6:], made.commands.commanded(last, slice(6, None)))
     assert (made.commands.added[-1] > 0).sum() == 11
+
+
+def test_jobs_have_the_commands_of_their_own_plan_timing_and_seed(made):
+    """Also where jobs share one of them, so that not all is made anew for each."""
+    job = Job(made.scene, made.plan, made.driver, SCHEDULE)
+    others = [
+        replace(job, plan=replace(made.plan, squeeze=0.5)),
+        replace(job, schedule=replace(SCHEDULE, squeeze=0.1)),
+        replace(job, scene=replace(made.scene, conditions=Conditions(seed=7))),
+    ]
+    for each, commands in zip([job, *others], commands_of([job, *others]), strict=True):
+        expected = Commands.of(each.plan, TASK, each.schedule)
+        expected = expected.disturbed(each.scene.conditions, DataGlove())
+        for name in ("times", "palm_pos", "added", "disturbance"):
+            np.testing.assert_array_equal(getattr(commands, name), getattr(expected, name))
 
 
 def test_the_driver_is_asked_at_every_reading_of_the_reach_and_once_after(made):
