@@ -3,7 +3,7 @@
 import errno
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -66,7 +66,7 @@ def _size(n_bytes: int) -> str:
 
 
 @contextmanager
-def naming(path: Path, done: str = "written", scratch: Path | None = None) -> Iterator[None]:
+def naming(path: Path, done: str = "written", scratch: Path | None = None) -> Generator[None]:
     """Turn what the system refuses about a file into an error that names it.
 
     What it refuses about other files goes through, as do pipes that break.

@@ -8,7 +8,7 @@ back, in whatever order they end.
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 import mujoco
@@ -17,7 +17,7 @@ Handler = Callable[[str], None]
 
 
 @contextmanager
-def silent() -> Iterator[None]:
+def silent() -> Generator[None]:
     """Keep MuJoCo from telling the terminal and a log file what the outcome will tell.
 
     Any number of threads may be inside at once, and one of them more than once. A handler that is

@@ -10,6 +10,7 @@ import sys
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +18,7 @@ import numpy.typing as npt
 from handsim.errors import InputError, MissingToolError
 from handsim.types import Array
 
-SETTINGS = {
+SETTINGS: dict[str, Any] = {
     "threshold": 0.05,
     "preprocess_mode": "auto",  # repairs what is closed but crosses itself
     "mcts_iterations": 60,

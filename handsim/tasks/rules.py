@@ -6,7 +6,7 @@ from after the squeeze.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -118,7 +118,7 @@ def judge(traces: GraspTraces, task: Task) -> Outcome:
     high = height <= rule.lift if rule.kind == "slide" else height >= rule.lift
     within = high & (slip < rule.slip) & (tilt < rule.tilt_deg)
     within &= (traces.touching > 0) & acting
-    measured = {
+    measured: dict[str, Any] = {
         "lift_m": float(height.max()),
         "peak_slip_m": float(slip[acting].max()),
         "peak_tilt_deg": float(tilt.max()),

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import cast
 
 from handsim.grasping.rollout.record import Rollout
 from handsim.learning.controller import PostureSequence
@@ -115,4 +114,4 @@ def _several(shown: Shown | Sequence[Shown]) -> list[Shown]:
     # A posture sequence is a tuple, too.
     if isinstance(shown, Rollout | Recording | PostureSequence):
         return [shown]
-    return list(cast("Sequence[Shown]", shown))
+    return list(shown)
