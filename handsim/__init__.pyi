@@ -10,7 +10,7 @@ from .errors import MissingToolError as MissingToolError
 from .files import data_folder as data_folder
 from .grasping.conditions import Conditions as Conditions
 from .grasping.conditions import perturb as perturb
-from .grasping.grasp import grasp as grasp
+from .grasping.one_grasp import grasp as grasp
 from .grasping.plan import GraspPlan as GraspPlan
 from .grasping.planning.demonstrator import demonstrate as demonstrate
 from .grasping.planning.grasper import ControllerGrasper as ControllerGrasper

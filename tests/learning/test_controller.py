@@ -10,7 +10,7 @@ from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
 from handsim.joints import LOWER, UPPER
 from handsim.learning.controller import SCHEMA, GraspController
-from handsim.learning.learn import learn_controller
+from handsim.learning.learn import Learned, learn_controller
 from handsim.learning.options import METHODS, Method
 from handsim.learning.subspace import PostureSubspace
 from handsim.navigation.bspline import TensorBSpline
@@ -34,8 +34,8 @@ def learned(request: pytest.FixtureRequest, recordings: RecordingSet) -> tuple:
     return learn_controller(some, method=method)
 
 
-def test_learning_contract(learned: tuple) -> None:
-    controller, summary = learned
+def test_learning_contract(learned: Learned) -> None:
+    controller, summary = learned.controller, learned.summary
     assert set(summary) >= SUMMARY
     assert summary["n_recordings"] == len(controller.demonstrations) in (1, 3)
     assert summary["n_components"] == controller.navigation.n_dimensions == 3
@@ -44,7 +44,7 @@ def test_learning_contract(learned: tuple) -> None:
     assert summary["iterations"] > 0 and summary["seconds"] > 0
 
 
-def test_controller_contract(learned: tuple) -> None:
+def test_controller_contract(learned: Learned) -> None:
     controller = learned.controller
     for demonstration in controller.demonstrations:
         z, goal = demonstration.z_start, demonstration.z_goal
@@ -59,7 +59,7 @@ def test_controller_contract(learned: tuple) -> None:
         np.testing.assert_array_equal(path.points[[0, -1]], [z, goal])
 
 
-def test_saved_and_loaded_it_is_the_same(learned: tuple, tmp_path: Path) -> None:
+def test_saved_and_loaded_it_is_the_same(learned: Learned, tmp_path: Path) -> None:
     controller = learned.controller
     controller.save(tmp_path / "c.npz")
     loaded = GraspController.load(tmp_path / "c.npz")
@@ -77,7 +77,7 @@ def test_saved_and_loaded_it_is_the_same(learned: tuple, tmp_path: Path) -> None
     assert (tmp_path / "c.npz").read_bytes() == (tmp_path / "d.npz").read_bytes()
 
 
-def test_digests_tell_controllers_apart(learned: tuple) -> None:
+def test_digests_tell_controllers_apart(learned: Learned) -> None:
     controller = learned.controller
     faster = NavigationFunction(controller.navigation.obstacle, controller.navigation.k + 1)
     changed = GraspController(controller.subspace, faster, controller.demonstrations)
@@ -85,7 +85,7 @@ def test_digests_tell_controllers_apart(learned: tuple) -> None:
 
 
 @pytest.mark.parametrize("time_law", ["natural", "gradient"])
-def test_postures_follow_the_path_in_time(learned: tuple, time_law: str) -> None:
+def test_postures_follow_the_path_in_time(learned: Learned, time_law: str) -> None:
     controller = learned.controller
     one = controller.demonstrations[0]
     sequence = controller.postures(
@@ -108,7 +108,7 @@ def test_postures_follow_the_path_in_time(learned: tuple, time_law: str) -> None
         assert speed[-20:].max() < 0.3 * speed.max()
 
 
-def test_gradient_law_has_the_speeds_of_phi(learned: tuple) -> None:
+def test_gradient_law_has_the_speeds_of_phi(learned: Learned) -> None:
     controller = learned.controller
     one = controller.demonstrations[0]
     sequence = controller.postures(one.q_start, one.q_goal, time_law="gradient", rate=500.0)
@@ -123,7 +123,7 @@ def test_gradient_law_has_the_speeds_of_phi(learned: tuple) -> None:
     assert scale.std() / scale.mean() < 0.1
 
 
-def test_durations_default_to_the_recorded(learned: tuple) -> None:
+def test_durations_default_to_the_recorded(learned: Learned) -> None:
     controller = learned.controller
     one = controller.demonstrations[0]
     sequence = controller.postures(one.q_start, z_goal=one.z_goal)
@@ -131,7 +131,7 @@ def test_durations_default_to_the_recorded(learned: tuple) -> None:
     assert controller.median_duration == pytest.approx(79 / 50)
 
 
-def test_closed_loop_from_a_push(learned: tuple) -> None:
+def test_closed_loop_from_a_push(learned: Learned) -> None:
     controller = learned.controller
     if controller.method != "direction":
         pytest.skip("the paper's field is only known to lead back from near the recordings")
@@ -143,14 +143,14 @@ def test_closed_loop_from_a_push(learned: tuple) -> None:
     assert np.linalg.norm(z - one.z_goal) < np.deg2rad(2.0)
 
 
-def test_demonstrations_are_found_by_name_and_task(learned: tuple) -> None:
+def test_demonstrations_are_found_by_name_and_task(learned: Learned) -> None:
     controller = learned.controller
     last = controller.demonstrations[-1].name
     assert controller.demonstration(last).name == last
     assert controller.demonstration("object-1-grasp").name == "object-1-0"
 
 
-def test_demonstrations_are_found_by_object_the_first_of_several(learned: tuple) -> None:
+def test_demonstrations_are_found_by_object_the_first_of_several(learned: Learned) -> None:
     controller = learned.controller
     assert controller.demonstration("object-1").name == "object-1-0"
     with pytest.raises(UnknownNameError, match="'objekt-1'; did you mean object-1") as raised:
@@ -159,7 +159,7 @@ def test_demonstrations_are_found_by_object_the_first_of_several(learned: tuple)
     assert set(raised.value.known) >= {"object-1", "object-1-0", "object-1-grasp"}
 
 
-def test_the_name_of_a_task_goes_before_that_of_an_object(learned: tuple) -> None:
+def test_the_name_of_a_task_goes_before_that_of_an_object(learned: Learned) -> None:
     one = replace(learned.controller.demonstrations[0], name="a", task="cube-raise", object="pen")
     other = replace(one, name="b", task="pen", object="cube")
     controller = replace(learned.controller, demonstrations=(one, other))
@@ -168,7 +168,7 @@ def test_the_name_of_a_task_goes_before_that_of_an_object(learned: tuple) -> Non
     assert controller.demonstration("cube-raise") is one
 
 
-def test_bad_input(learned: tuple) -> None:
+def test_bad_input(learned: Learned) -> None:
     controller = learned.controller
     one = controller.demonstrations[0]
     for arguments, words in (
@@ -187,7 +187,7 @@ def test_bad_input(learned: tuple) -> None:
         controller.path(one.z_start[:1], one.z_goal)
 
 
-def test_a_trap_is_a_result_with_a_reason(learned: tuple) -> None:
+def test_a_trap_is_a_result_with_a_reason(learned: Learned) -> None:
     """A wall of low beta across the way: the sequence ends where the flow does."""
     controller = learned.controller
     if controller.method != "direction":
@@ -210,7 +210,7 @@ def test_a_trap_is_a_result_with_a_reason(learned: tuple) -> None:
     assert not sequence.arrived and sequence.reason == "stuck"
 
 
-def test_damaged_and_foreign_files(learned: tuple, tmp_path: Path) -> None:
+def test_damaged_and_foreign_files(learned: Learned, tmp_path: Path) -> None:
     path = tmp_path / "c.npz"
     learned.controller.save(path)
     whole = path.read_bytes()
@@ -262,7 +262,7 @@ def test_identical_recordings_are_learned_as_one(recordings: RecordingSet) -> No
     assert controller.postures(one.q[0], one.q[-1]).arrived
 
 
-def test_postures_stay_in_the_joint_ranges(learned: tuple) -> None:
+def test_postures_stay_in_the_joint_ranges(learned: Learned) -> None:
     """Recorded angles may leave the ranges; what drives the hand may not."""
     controller = learned.controller
     arrays = controller.subspace.to_arrays()
