@@ -208,10 +208,21 @@ def length(scene, commands, driver, glove, samples, *, unstable):
     return len(samples["qpos"]), unstable
 
 
-def test_a_run_that_is_lost_has_not_diverged(made, monkeypatch):
-    """Though its velocities are no numbers before they are checked."""
-    monkeypatch.setattr(runs, "diverged", lambda qvel, warnings: np.full(qvel.shape[:2], True))
+@pytest.mark.parametrize(("at", "unstable"), [(10, False), (24, True), (60, True)])
+def test_a_run_that_is_lost_between_checks_has_not_diverged(made, monkeypatch, at, unstable):
+    """Though its velocities are no numbers: they are checked at readings 24, 49 and 60."""
+    asked = []
+
+    def due_to_rise(self, required):
+        asked.append(required)
+        return np.arange(61) == at
+
+    monkeypatch.setattr(Commands, "due_to_rise", due_to_rise)
+    monkeypatch.setattr(
+        runs, "diverged", lambda qvel, warnings: np.full(qvel.shape[:2], len(qvel) != 25 or at < 60)
+    )
     monkeypatch.setattr(runs, "record_of", length)
-    monkeypatch.setattr(Commands, "due_to_rise", lambda self, _: np.arange(61) == 10)
-    run = simulate(made.scene, made.plan, Asking(), DataGlove(), SCHEDULE, brief=True)
-    assert run == (11, False)
+    n, told = simulate(made.scene, made.plan, Asking(), DataGlove(), SCHEDULE, brief=True)
+    assert told is unstable
+    assert n == {10: 11, 24: 1, 60: 51}[at]
+    assert asked == [TASK.rule.lift]
