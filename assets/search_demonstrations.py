@@ -24,7 +24,7 @@ from handsim.grasping.planning.search import (
     shortened,
     tried_conditions,
 )
-from handsim.grasping.rollout.run import Scene
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS, task_by_name

@@ -17,8 +17,8 @@ from handsim.baseline.scene_arrays import scene_arrays
 from handsim.digests import content_digest
 from handsim.files import read_archive
 from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
-from handsim.grasping.rollout.run import Scene
 from handsim.learning.controller import SCHEMA, GraspController
 from handsim.recordings.folder import RecordingSet
 

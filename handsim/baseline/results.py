@@ -10,7 +10,7 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.planner import run_plan
-from handsim.grasping.rollout.run import Scene
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_like

@@ -15,7 +15,7 @@ from handsim.baseline.inputs import (
 from handsim.baseline.scene_arrays import GROUPS, LEFT_OUT, OTHER, group_of, is_left_out
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.rollout import glove
-from handsim.grasping.rollout.run import Scene
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.navigation.bspline import TensorBSpline
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND

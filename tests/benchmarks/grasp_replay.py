@@ -19,8 +19,9 @@ from handsim.grasping.judging.rates import wilson_interval
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.grasper import trial_conditions
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import Scene, simulate
+from handsim.grasping.rollout.run import simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range

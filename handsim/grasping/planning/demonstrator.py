@@ -16,9 +16,10 @@ from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets, 
 from handsim.grasping.planning.opposition import align_palm, close_to_width, opposition
 from handsim.grasping.planning.preshapes import REST, preshape_for
 from handsim.grasping.planning.trial_variation import USUAL, TrialVariation, trial_variation
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import ScriptedDriver
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import Scene, simulate
+from handsim.grasping.rollout.run import simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range

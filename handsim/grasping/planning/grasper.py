@@ -11,8 +11,8 @@ from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
 from handsim.grasping.planning.plan_store import PlanStore, StoredPlan
 from handsim.grasping.planning.planner import SEEDS, plan_grasp, replayed_plan, run_plan
 from handsim.grasping.pool import Pool, processes
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import Scene
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.learning.controller import GraspController

@@ -26,9 +26,10 @@ from handsim.grasping.planning.search import (
     shortened,
     tried_conditions,
 )
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import learned_driver
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import Scene, simulate
+from handsim.grasping.rollout.run import simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range

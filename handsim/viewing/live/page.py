@@ -19,8 +19,8 @@ from handsim.errors import HandsimError, InputError, MissingToolError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.planner import run_plan
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import Scene
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import TASKS, task_by_name
 from handsim.types import MEDIAN_HAND, Array, HandSize

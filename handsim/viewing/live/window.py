@@ -15,7 +15,7 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.planner import run_plan
-from handsim.grasping.rollout.run import Scene
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 from handsim.viewing.film.offscreen import Camera

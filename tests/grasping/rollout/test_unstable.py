@@ -9,7 +9,8 @@ import pytest
 
 from handsim.grasping.conditions import LIMITS, Conditions
 from handsim.grasping.planning.demonstrator import demonstrate, scripted_plan
-from handsim.grasping.rollout.run import Scene, simulate
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.run import simulate
 from handsim.grasping.rollout_file import read_rollout, write_rollout
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
