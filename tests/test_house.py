@@ -62,3 +62,13 @@ def test_names_of_modules_do_not_repeat_but_where_rooms_are_of_one_plan() -> Non
     names = [path.stem for path in MODULES if path.stem != "__init__"]
     twice = {name for name in names if names.count(name) > 1}
     assert twice <= {"learner", "mjcf", "table", "file", "page"}, twice
+
+
+def test_no_two_classes_share_a_name() -> None:
+    names = [
+        node.name
+        for module in MODULES
+        for node in ast.parse(module.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    ]
+    assert sorted({name for name in names if names.count(name) > 1}) == []

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from handsim.hand.anthropometry import HandGeometry, first_segment, segment_names
-from handsim.hand.skeleton import links
+from handsim.hand.skeleton import segments
 from handsim.hand.strength import DAMPING_RATIO, position_gains, torque_limits
 from handsim.joints import FINGERS, JOINT_NAMES, JOINTS, Joint
 from handsim.types import Array
@@ -28,16 +28,16 @@ def add_bodies(
     """Add forearm, palm, segments and their hinges; return the bodies by name."""
     bodies = {"forearm": carrier.add_body(name="forearm", gravcomp=1.0, childclass="hand")}
     flip = np.array([1.0, mirror, 1.0])
-    for link in links(geometry):
+    for segment in segments(geometry):
         quat = np.empty(4)
-        mujoco.mju_mat2Quat(quat, link.axes.ravel())
-        body = bodies[link.parent].add_body(
-            name=link.name,
-            pos=flip * link.origin,
+        mujoco.mju_mat2Quat(quat, segment.axes.ravel())
+        body = bodies[segment.parent].add_body(
+            name=segment.name,
+            pos=flip * segment.origin,
             quat=quat * [1.0, mirror, 1.0, mirror],
             gravcomp=1.0,
         )
-        for hinge in link.hinges:
+        for hinge in segment.hinges:
             joint = hinge.joint
             body.add_joint(
                 spec.find_default(f"hand_{_joint_class(joint)}"),
@@ -45,7 +45,7 @@ def add_bodies(
                 axis=mirror * flip * hinge.axis,  # a mirror turns rotations round
                 range=_range(joint),
             )
-        bodies[link.name] = body
+        bodies[segment.name] = body
     return bodies
 
 

@@ -26,7 +26,7 @@ from handsim.types import Array
 
 
 @dataclass(frozen=True)
-class Hinge:
+class JointAxis:
     """A joint and its axis in the zero posture, a unit vector in the body's frame, (3,)."""
 
     joint: Joint
@@ -34,7 +34,7 @@ class Hinge:
 
 
 @dataclass(frozen=True)
-class Link:
+class Segment:
     """A moving body of the right hand in its zero posture.
 
     Attributes
@@ -53,14 +53,14 @@ class Link:
     parent: str
     origin: Array
     axes: Array
-    hinges: tuple[Hinge, ...]
+    hinges: tuple[JointAxis, ...]
 
 
-def links(geometry: HandGeometry) -> tuple[Link, ...]:
+def segments(geometry: HandGeometry) -> tuple[Segment, ...]:
     """Return the bodies that move, parents first: the palm's two, then finger by finger."""
     bodies = [
-        Link("palm", "forearm", np.zeros(3), np.eye(3), _hinges(geometry, "palm")),
-        Link(
+        Segment("palm", "forearm", np.zeros(3), np.eye(3), _hinges(geometry, "palm")),
+        Segment(
             "palm_ulnar", "palm", geometry.arch_origin, np.eye(3), _hinges(geometry, "palm_ulnar")
         ),
     ]
@@ -70,16 +70,16 @@ def links(geometry: HandGeometry) -> tuple[Link, ...]:
         origin = origin - geometry.origin_of(parent)
         axes = thumb_axes() if finger == "thumb" else np.eye(3)
         for name, fraction in zip(segment_names(finger), LENGTHS[finger], strict=True):
-            bodies.append(Link(name, parent, origin, axes, _hinges(geometry, name)))
+            bodies.append(Segment(name, parent, origin, axes, _hinges(geometry, name)))
             parent, axes = name, np.eye(3)
             origin = np.array([fraction * geometry.size.length, 0.0, 0.0])
     return tuple(bodies)
 
 
-def _hinges(geometry: HandGeometry, body: str) -> tuple[Hinge, ...]:
+def _hinges(geometry: HandGeometry, body: str) -> tuple[JointAxis, ...]:
     order = {"rotation": 0, "flexion": 1, "arch": 1, "deviation": 2, "abduction": 2}
     joints = sorted((j for j in JOINTS if _body_of(j) == body), key=lambda j: order[j.motion])
-    return tuple(Hinge(joint, _axis(joint, geometry)) for joint in joints)
+    return tuple(JointAxis(joint, _axis(joint, geometry)) for joint in joints)
 
 
 def _body_of(joint: Joint) -> str:

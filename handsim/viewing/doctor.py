@@ -11,7 +11,7 @@ PACKAGES = ("mujoco", "numpy", "scipy", "scikit-learn", "imageio", "imageio-ffmp
 
 
 @dataclass(frozen=True)
-class Finding:
+class Check:
     """One row of the doctor's table.
 
     Attributes
@@ -32,7 +32,7 @@ class Finding:
     remedy: str = ""
 
 
-def doctor(seconds: float = 0.3) -> list[Finding]:
+def doctor(seconds: float = 0.3) -> list[Check]:
     """Look at Python, the libraries, every OpenGL backend and the video encoder.
 
     Parameters
@@ -40,38 +40,38 @@ def doctor(seconds: float = 0.3) -> list[Finding]:
     seconds
         How long each backend renders for its frame rate [s].
     """
-    findings = [Finding("python", True, platform.python_version())]
+    findings = [Check("python", True, platform.python_version())]
     findings += [_package(name) for name in PACKAGES]
     findings += [_backend(probe(name, seconds)) for name in ("egl", "osmesa")]
     return [*findings, _encoder()]
 
 
-def can_render(findings: list[Finding]) -> bool:
+def can_render(findings: list[Check]) -> bool:
     """Return whether one backend renders and the encoder runs: all that a video needs."""
     by_name = {finding.name: finding.ok for finding in findings}
     return (by_name["gl egl"] or by_name["gl osmesa"]) and by_name["ffmpeg"]
 
 
-def _package(name: str) -> Finding:
+def _package(name: str) -> Check:
     try:
-        return Finding(name, True, version(name))
+        return Check(name, True, version(name))
     except PackageNotFoundError:
-        return Finding(name, False, "not installed", f"pip install {name}")
+        return Check(name, False, "not installed", f"pip install {name}")
 
 
-def _backend(result: ProbeResult) -> Finding:
+def _backend(result: ProbeResult) -> Check:
     name = f"gl {result.backend}"
     if not result.ok:
-        return Finding(name, False, result.reason, install_command(result.backend))
+        return Check(name, False, result.reason, install_command(result.backend))
     rate = result.frames_per_second
-    return Finding(name, True, f"{result.driver}, {rate or 0:.0f} frames/s at 320 x 240")
+    return Check(name, True, f"{result.driver}, {rate or 0:.0f} frames/s at 320 x 240")
 
 
-def _encoder() -> Finding:
+def _encoder() -> Check:
     try:
         import imageio_ffmpeg
 
         executable = imageio_ffmpeg.get_ffmpeg_exe()
-        return Finding("ffmpeg", True, f"{imageio_ffmpeg.get_ffmpeg_version()}, {executable}")
+        return Check("ffmpeg", True, f"{imageio_ffmpeg.get_ffmpeg_version()}, {executable}")
     except (ImportError, RuntimeError, OSError) as error:
-        return Finding("ffmpeg", False, str(error).splitlines()[0], ENCODER_INSTALL)
+        return Check("ffmpeg", False, str(error).splitlines()[0], ENCODER_INSTALL)
