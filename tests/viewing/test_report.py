@@ -118,7 +118,7 @@ def test_numbers_are_those_of_the_evaluation(
     read: Reader, controller: GraspController, recordings: RecordingSet
 ) -> None:
     scores = evaluate(controller, recordings)
-    assert f"{scores['path_error_deg']:.1f}°" in read.words
+    assert f"{scores.path_error_deg:.1f}°" in read.words
     for row in scores.per_recording:
         assert f"{row['name']}yes{row['path_error_deg']:.1f}" in read.words
     assert "cube-raiseyes" in read.words

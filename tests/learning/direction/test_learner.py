@@ -290,7 +290,7 @@ def test_real_recordings_of_four_subjects() -> None:
     ratios = [one.ratio for one in found]
     assert np.mean(ratios) < 0.67 and max(ratios) < 0.75
     error, repeat = (
-        np.mean([f[k] for f in found]) for k in ("path_error_deg", "repeatability_deg")
+        np.mean([getattr(f, k) for f in found]) for k in ("path_error_deg", "repeatability_deg")
     )
     assert error < 0.85 * repeat
 
