@@ -35,3 +35,13 @@ def test_importing_the_package_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_command_line_starts_without_numpy():
+    code = (
+        "import sys, handsim.cli; "
+        "heavy = {'numpy', 'mujoco', 'sklearn', 'scipy', 'matplotlib'} & set(sys.modules); "
+        "sys.exit(','.join(heavy) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

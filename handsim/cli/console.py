@@ -7,11 +7,12 @@ import sys
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import typer
 
-from handsim.types import Progress
+if TYPE_CHECKING:
+    from handsim.types import Progress
 
 T = TypeVar("T")
 
@@ -103,7 +104,7 @@ def progress(items: Sequence[T], label: str) -> Iterator[T]:
 
 
 @contextmanager
-def fraction_done(label: str) -> Generator[Progress | None, None, None]:
+def fraction_done(label: str) -> "Generator[Progress | None, None, None]":
     """Give a function that draws the fraction done as a bar; None where there is no terminal."""
     if not sys.stderr.isatty():
         yield None
