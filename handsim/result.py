@@ -19,9 +19,13 @@ class Result:
 
     def __str__(self) -> str:
         """Return a field a line; what is long is only counted."""
-        shown = {name: _shown(value) for name, value in _fields(self).items()}
-        width = max(map(len, shown), default=0)
-        return "\n".join(f"{name:<{width}}  {text}" for name, text in shown.items())
+        return in_lines({name: _shown(value) for name, value in _fields(self).items()})
+
+
+def in_lines(shown: Mapping[str, Any]) -> str:
+    """Return values by name as text, one a line, with the values below each other."""
+    width = max(map(len, shown), default=0)
+    return "\n".join(f"{name:<{width}}  {value}" for name, value in shown.items())
 
 
 def plain(value: Any) -> Any:
@@ -49,10 +53,12 @@ def _shown(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"array of shape {value.shape}"
     if isinstance(value, list | tuple | Mapping):
-        text = ", ".join(map(_shown, value)) if not isinstance(value, Mapping) else ""
-        if isinstance(value, Mapping) and len(value) <= 4:
+        if not 1 <= len(value) <= 4:
+            return f"{len(value)} entries"
+        if isinstance(value, Mapping):
             text = ", ".join(f"{name} {_shown(each)}" for name, each in value.items())
-        few = len(value) <= 4 and len(text) <= 70 and "\n" not in text
-        return text if value and few else f"{len(value)} entries"
+        else:
+            text = ", ".join(map(_shown, value))
+        return text if len(text) <= 70 and "\n" not in text else f"{len(value)} entries"
     text = str(value)
     return text if len(text) <= 200 else f"text of {len(text)} characters"

@@ -29,8 +29,10 @@ def controller_or_built_in(path: Path | None) -> GraspController:
 
 def plan_folder(controller: Path | None) -> Path:
     """Return the folder of the plans of a controller: beside it, or in the package."""
+    from handsim.grasping.planning.plan_store import shipped_folder
+
     if controller is None:
-        return data_folder("assets") / "plans"
+        return shipped_folder()
     return controller.with_suffix(".plans")
 
 
@@ -45,13 +47,13 @@ def planning_grasper(
     """
     from handsim.cli.console import note
     from handsim.grasping.planning.grasper import ControllerGrasper
-    from handsim.grasping.planning.plan_store import plan_store
+    from handsim.grasping.planning.plan_store import plan_store, shipped_plans
 
     learned = controller_or_built_in(path)
     own = plan_store(plan_folder(path), learned.digest, conditions)
-    shared = () if path is None else (plan_store(plan_folder(None), learned.digest, conditions),)
+    shared = () if path is None else (shipped_plans(learned.digest, conditions),)
     built_in = learned if path is None else controller_or_built_in(None)
-    hint = plan_store(plan_folder(None), built_in.digest, conditions)
+    hint = shipped_plans(built_in.digest, conditions)
     mode = "replay" if replay else "plan"
     return ControllerGrasper(learned, mode, own, (hint,), shared, note)
 

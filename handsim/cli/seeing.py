@@ -36,18 +36,20 @@ def render(
     writable(output, ".mp4", ".gif", ".png")
     check_gl(draws=True)
 
-    from handsim.viewing.film.offscreen import View, parse_size
+    from handsim.viewing.film.offscreen import parse_size
+    from handsim.viewing.render import render as draw
 
-    width, height = parse_size(size)
-    view = View(camera=camera, width=width, height=height, fps=fps)
-    clips = [_clip(source, measurements=not plain) for source in sources]
-
-    from handsim.viewing.film.clips import save_clips
-    from handsim.viewing.opengl.backend import choose_backend
-
-    choose_backend()
+    clips = (_clip(source, measurements=not plain) for source in sources)
     with fraction_done("drawing") as progress:
-        n = save_clips(clips, output, view, n_postures=postures, progress=progress)
+        n = draw(
+            clips,
+            output,
+            camera=camera,
+            size=parse_size(size),
+            fps=fps,
+            n_postures=postures,
+            progress=progress,
+        )
     note(f"wrote {n} {'pictures' if output.suffix.lower() == '.png' else 'frames'} to {output}")
 
 

@@ -1,10 +1,9 @@
 """One grasp in contact physics, in one call."""
 
-from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.grasper import ControllerGrasper
-from handsim.grasping.planning.plan_store import plan_store
+from handsim.grasping.planning.plan_store import shipped_plans
 from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
@@ -49,5 +48,5 @@ def grasp(
     asked = conditions or Conditions()
     if plan is not None:
         return run_plan(controller, Scene.build(chosen, asked), plan)
-    shipped = plan_store(data_folder("assets") / "plans", controller.digest, asked)
+    shipped = shipped_plans(controller.digest, asked)
     return ControllerGrasper(controller, shared=(shipped,))(chosen, asked)

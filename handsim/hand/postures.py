@@ -4,6 +4,7 @@ Pinch, tripod and fist were found by letting the median man's hand close in simu
 parts named touched; they hold for other sizes too, since all lengths grow together.
 """
 
+from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -15,8 +16,16 @@ from handsim.types import Array
 Flexions = tuple[float, float, float]
 
 
-def _degrees(fingers: dict[Finger, Flexions], **others: float) -> Array:
-    """Put together a posture from the flexions of MCP, PIP and DIP and single joints [deg]."""
+def posture_of_degrees(fingers: Mapping[Finger, Flexions], **others: float) -> Array:
+    """Return a posture (22,) [rad], read-only, from angles in degrees.
+
+    Parameters
+    ----------
+    fingers
+        Flexion of MCP, PIP and DIP by finger [deg].
+    **others
+        Single joints by name [deg]; they override ``fingers``.
+    """
     q = np.zeros(N_JOINTS)
     for finger, flexions in fingers.items():
         for place, angle in zip(("mcp", "pip", "dip"), flexions, strict=True):
@@ -29,8 +38,8 @@ def _degrees(fingers: dict[Finger, Flexions], **others: float) -> Array:
 
 POSTURES: MappingProxyType[str, Array] = MappingProxyType(
     {
-        "flat": _degrees({}),
-        "rest": _degrees(
+        "flat": posture_of_degrees({}),
+        "rest": posture_of_degrees(
             {
                 "index": (28, 32, 14),
                 "middle": (32, 36, 16),
@@ -47,7 +56,7 @@ POSTURES: MappingProxyType[str, Array] = MappingProxyType(
             palm_arch=4,
             wrist_flexion=-15,
         ),
-        "fist": _degrees(
+        "fist": posture_of_degrees(
             {
                 "index": (88, 107, 72),
                 "middle": (89, 107, 72),
@@ -59,7 +68,7 @@ POSTURES: MappingProxyType[str, Array] = MappingProxyType(
             thumb_mcp=50,
             thumb_ip=38,
         ),
-        "pinch": _degrees(
+        "pinch": posture_of_degrees(
             {
                 "index": (66, 37, -4),
                 "middle": (35, 35, 15),
@@ -71,7 +80,7 @@ POSTURES: MappingProxyType[str, Array] = MappingProxyType(
             thumb_ip=-13,
             index_abduction=-2,
         ),
-        "tripod": _degrees(
+        "tripod": posture_of_degrees(
             {
                 "index": (71, 31, -4),
                 "middle": (60, 55, 1),

@@ -22,7 +22,7 @@ from handsim.learning.options import (
 from handsim.learning.pde.learner import PDELearner
 from handsim.learning.subspace import PostureSubspace
 from handsim.recordings.folder import RecordingSet
-from handsim.result import Result, plain
+from handsim.result import Result, in_lines, plain
 from handsim.types import Progress
 
 
@@ -45,12 +45,11 @@ class Learned(Result):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the summary, as `handsim learn --json` says it."""
-        return {name: plain(value) for name, value in self.summary.items()}
+        return plain(self.summary)
 
     def __str__(self) -> str:
         """Return the summary, an entry a line."""
-        width = max(map(len, self.summary))
-        return "\n".join(f"{name:<{width}}  {value}" for name, value in self.summary.items())
+        return in_lines(self.summary)
 
 
 def learn_controller(

@@ -1,6 +1,6 @@
 """Movements into a video, a GIF or a picture, in one call."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 from handsim.grasping.rollout.record import Rollout
@@ -14,12 +14,12 @@ from handsim.viewing.film.posture_clips import posture_clip, posture_model
 from handsim.viewing.film.rollout_clips import rollout_clip
 from handsim.viewing.opengl.backend import choose_backend
 
-Shown = Rollout | Recording | PostureSequence
-"""What can be drawn: a simulated grasp, or postures over time."""
+Shown = Rollout | Recording | PostureSequence | Clip
+"""What can be drawn: a simulated grasp, postures over time, or what `clip_of` makes of them."""
 
 
 def render(
-    shown: Shown | Sequence[Shown],
+    shown: Shown | Iterable[Shown],
     path: Path | str,
     *,
     camera: str = "view",
@@ -34,7 +34,7 @@ def render(
     Parameters
     ----------
     shown
-        A rollout, a recording or a posture sequence; several make a grid.
+        A rollout, a recording, a posture sequence or a clip; several make a grid.
     path
         ``.mp4``, ``.gif`` or ``.png``. The picture of one movement is its contact sheet; of
         several, one picture of each at its end. The file is replaced only when all is drawn.
@@ -66,9 +66,9 @@ def render(
     MissingToolError
         If nothing renders on this machine.
     """
+    view = View(camera, *size, fps)
     clips = [clip_of(each, measurements=measurements) for each in _several(shown)]
     choose_backend()
-    view = View(camera, *size, fps)
     return save_clips(clips, path, view, n_postures=n_postures, progress=progress)
 
 
@@ -101,6 +101,8 @@ def clip_of(shown: Shown, *, measurements: bool = True, caption: str = "") -> Cl
     caption
         Written onto postures; by default the name of a recording.
     """
+    if isinstance(shown, Clip):
+        return shown
     if isinstance(shown, Rollout):
         return rollout_clip(shown, measurements)
     if isinstance(shown, Recording):
@@ -110,8 +112,6 @@ def clip_of(shown: Shown, *, measurements: bool = True, caption: str = "") -> Cl
     return posture_clip(shown.time, shown.q, overlays=overlays)
 
 
-def _several(shown: Shown | Sequence[Shown]) -> list[Shown]:
+def _several(shown: Shown | Iterable[Shown]) -> Iterable[Shown]:
     # A posture sequence is a tuple, too.
-    if isinstance(shown, Rollout | Recording | PostureSequence):
-        return [shown]
-    return list(shown)
+    return [shown] if isinstance(shown, Rollout | Recording | PostureSequence | Clip) else shown

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from handsim.errors import FileError
-from handsim.files import read_text, write_text
+from handsim.files import data_folder, read_text, write_text
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.planning.plan_key import PlanKey
@@ -155,6 +155,16 @@ def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> 
     hand = f"{size.length:.6f} {size.breadth:.6f} {size.side}"
     owner = hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
     return PlanStore(folder / f"{owner}.json", owner)
+
+
+def shipped_folder() -> Path:
+    """Return the folder of the plans that come with the package, for the built-in controller."""
+    return data_folder("assets") / "plans"
+
+
+def shipped_plans(digest: str, conditions: Conditions) -> PlanStore:
+    """Return what comes with the package for a controller of that digest: no plans for most."""
+    return plan_store(shipped_folder(), digest, conditions)
 
 
 def _to_json(task: str, stored: StoredPlan) -> _Stored:

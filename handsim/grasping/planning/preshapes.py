@@ -6,19 +6,18 @@ thumb is opposed, MCP joints lead in a grasp from above, and PIP joints lead in 
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from handsim.joints import JOINT_INDEX, N_JOINTS
+from handsim.hand.postures import Flexions, posture_of_degrees
+from handsim.joints import FINGERS
 from handsim.objects.grasp import Grasp
 from handsim.types import Array
 
 PINCHED = 0.015
 """Width below which an object is pinched between fingertips [m]."""
-LONG_FINGERS = ("index", "middle", "ring", "little")
+LONG_FINGERS = FINGERS[1:]
 
 
-def posture(fingers: tuple[float, float, float] = (0, 0, 0), **others: float) -> Array:
-    """Return a posture (22,) [rad] from angles in degrees.
+def posture(fingers: Flexions = (0, 0, 0), **others: float) -> Array:
+    """Return a posture (22,) [rad] from angles in degrees, all long fingers alike.
 
     Parameters
     ----------
@@ -27,15 +26,7 @@ def posture(fingers: tuple[float, float, float] = (0, 0, 0), **others: float) ->
     **others
         Single joints by name [deg]; they override ``fingers``.
     """
-    degrees = {
-        f"{finger}_{part}": angle
-        for finger in LONG_FINGERS
-        for part, angle in zip(("mcp", "pip", "dip"), fingers, strict=True)
-    }
-    q = np.zeros(N_JOINTS)
-    for name, angle in (degrees | others).items():
-        q[JOINT_INDEX[name]] = np.deg2rad(angle)
-    return q
+    return posture_of_degrees(dict.fromkeys(LONG_FINGERS, fingers), **others)
 
 
 REST = posture(

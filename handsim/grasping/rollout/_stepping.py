@@ -5,6 +5,7 @@ Both have the same arrays, with a row for each simulation, and both give the sam
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
 import mujoco
@@ -17,7 +18,7 @@ from handsim.grasping.rollout.sensing import NO_SENSORS, SLOTS, Sensors, contact
 from handsim.types import Array, Index
 
 
-class Simulations:
+class Simulations(ABC):
     """Simulations of scenes whose models have one shape; all arrays are live views of their state.
 
     Parameters
@@ -42,20 +43,20 @@ class Simulations:
         self.mocap_quat = bind("mocap_quat")[:, scene.mocap]
         self.sensordata = bind("sensordata")[:, self.sensors.first :]
 
+    @abstractmethod
     def reset(self) -> None:
         """Put everything back to where the models have it, at rest."""
-        raise NotImplementedError
 
+    @abstractmethod
     def forward(self) -> None:
         """Compute what follows from positions, velocities and controls."""
-        raise NotImplementedError
 
+    @abstractmethod
     def step_to_next_reading(self, tick: int, ends: Index) -> None:
         """Make the steps that follow reading ``tick``, but in runs that have ended before.
 
         ``ends`` (n,) are the numbers of readings of the runs.
         """
-        raise NotImplementedError
 
     def exact_contacts(self) -> tuple[Array, float] | None:
         """Return force (6,) [N] and overlap [m] if sensors have too few slots, otherwise None.

@@ -86,7 +86,7 @@ class LivePage:
         self._root: viser.FrameHandle | None = None
         self._bodies: dict[int, viser.FrameHandle] = {}
         self._view: View | None = None
-        self._alone: tuple[float, float] | None = None  # size of the hand shown without a scene
+        self._alone: HandSize | None = None  # size of the hand shown without a scene
         self._time, self._playing = 0.0, False
         self._run: Rollout | None = None
         self._add_controls()
@@ -159,10 +159,10 @@ class LivePage:
         for name, button in zip(names, buttons, strict=True):
             button.on_click(lambda _, name=name: self._pressed.__setitem__(name, True))
 
-    def _choices(self) -> tuple[tuple[float, ...], tuple[float, float], str]:
-        """Return the coordinates [deg], the size of the hand [m] and the task that are chosen."""
+    def _choices(self) -> tuple[tuple[float, ...], HandSize, str]:
+        """Return the coordinates [deg], the size of the hand and the task that are chosen."""
         coordinates = tuple(float(slider.value) for slider in self._components)
-        size = (self._length.value / 1000, self._breadth.value / 1000)
+        size = HandSize(self._length.value / 1000, self._breadth.value / 1000)
         return coordinates, size, str(self._task.value)
 
     def _offer_tasks(self) -> None:
@@ -174,15 +174,15 @@ class LivePage:
             self._task.value = names[0] if chosen != "all" else NO_TASK
 
     def _conditions(self) -> Conditions:
-        _, (length, breadth), _ = self._seen
-        return Conditions(hand=HandSize(length, breadth))
+        _, size, _ = self._seen
+        return Conditions(hand=size)
 
     def _show_posture(self) -> None:
         """Show the hand alone, at the coordinates that are chosen."""
         coordinates, size, _ = self._seen
         q = self._controller.subspace.inverse_transform(np.deg2rad(coordinates))
         if self._alone != size:
-            model = posture_model(HandSize(*size))
+            model = posture_model(size)
             self._show(model, model.qpos0, _OF_POSTURE)
             self._alone = size
         self._place(posture_clip(np.zeros(1), q[None], self._model).qpos[0])
