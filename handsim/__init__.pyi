@@ -44,11 +44,11 @@ from .navigation.function import NavigationFunction as NavigationFunction
 from .objects.catalogue import OBJECTS as OBJECTS
 from .objects.mesh_import import object_from_mesh as object_from_mesh
 from .objects.proposals import propose_grasps as propose_grasps
-from .recordings.folder import read_postures as read_postures
 from .recordings.folder import read_recordings as read_recordings
-from .recordings.folder import write_postures as write_postures
 from .recordings.folder import write_recordings as write_recordings
 from .recordings.importers.import_files import import_recordings as import_recordings
+from .recordings.posture_file import read_postures as read_postures
+from .recordings.posture_file import write_postures as write_postures
 from .recordings.recording import Recording as Recording
 from .recordings.recording import RecordingSet as RecordingSet
 from .retargeting.retarget import Retargeter as Retargeter

@@ -5,6 +5,7 @@ its hash. Here arrays are equal when they have the same shape and numbers. NaN e
 results that lack the same number are the same.
 """
 
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, cast
 
@@ -33,14 +34,17 @@ def _values(item: Any) -> list[Any]:
 
 
 def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        one, other = cast(Mapping[Any, Any], one), cast(Mapping[Any, Any], other)
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(cast(Any, one), cast(Any, other), equal_nan=True)
     return bool(one == other)
 
 
 def _key(value: Any) -> Any:
-    if isinstance(value, dict):
-        return frozenset(cast(dict[Any, Any], value).items())
+    if isinstance(value, Mapping):
+        return frozenset((k, _key(v)) for k, v in cast(Mapping[Any, Any], value).items())
     if not isinstance(value, np.ndarray):
         return value
     numbers = np.nan_to_num(np.asarray(value, dtype=float))

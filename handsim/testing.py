@@ -20,7 +20,7 @@ from handsim.baseline.store import read_baseline
 from handsim.baseline.tolerances import Tolerances
 from handsim.grasping.conditions import Conditions
 from handsim.learning.controller import GraspController
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 
 
 def assert_as_baseline(

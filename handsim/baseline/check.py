@@ -14,7 +14,7 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.learning.controller import GraspController
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 from handsim.types import Progress
 
 

@@ -20,7 +20,7 @@ from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.learning.controller import SCHEMA, GraspController
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 
 SCHEMA_OF_INPUTS = "schema"
 """Name under which inputs say how they were hashed; 1 had no such entry."""

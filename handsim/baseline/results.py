@@ -14,7 +14,7 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_like
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 from handsim.tasks.table_one import task_by_name
 from handsim.types import Array, Progress
 

@@ -8,7 +8,7 @@ import typer
 from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, writable
 
 if TYPE_CHECKING:
-    from handsim.recordings.folder import RecordingSet
+    from handsim.recordings.recording import RecordingSet
 
 app = typer.Typer()
 

@@ -9,7 +9,8 @@ from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
-from handsim.recordings.folder import RecordingSet, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import RecordingSet
 from handsim.types import MEDIAN_HAND, HandSize, Side
 
 if TYPE_CHECKING:

@@ -159,7 +159,7 @@ def postures(
     """Write the movement that the controller makes to a destination."""
     from handsim.cli.defaults import controller_or_built_in
     from handsim.errors import InputError
-    from handsim.recordings.folder import read_postures, write_postures
+    from handsim.recordings.posture_file import read_postures, write_postures
 
     writable(output, ".csv")
     if (task is None) == (goal is None):

@@ -78,7 +78,7 @@ def figures(
 def _clip(source: Path, *, measurements: bool) -> "Clip":
     from handsim.grasping.rollout_file import read_rollout
     from handsim.learning.controller import PostureSequence
-    from handsim.recordings.folder import read_postures
+    from handsim.recordings.posture_file import read_postures
     from handsim.viewing.render import clip_of
 
     if source.suffix.lower() == ".csv":

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from handsim.learning.subspace import PostureSubspace
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 from handsim.types import Array
 
 

@@ -21,7 +21,7 @@ from handsim.learning.options import (
 )
 from handsim.learning.pde.learner import PDELearner
 from handsim.learning.subspace import PostureSubspace
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 from handsim.result import Result, in_lines, plain
 from handsim.types import Progress
 

@@ -17,7 +17,7 @@ from handsim.errors import InputError
 from handsim.learning.controller import GraspController
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.paths import N_COMPARED, at_arc_length, between_ends, path_error
-from handsim.recordings.folder import Recording, RecordingSet
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.result import Result
 from handsim.types import Array, Progress
 

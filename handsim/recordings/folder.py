@@ -1,79 +1,70 @@
-"""CSV files that hold recordings of reach-to-grasp movements.
+"""Folders of recordings: a CSV file each, and ``experiments.csv``, which says what they show.
 
-A folder of recordings is one CSV file a recording (`time_s`, then the 22 joint names with `_deg`)
-and `experiments.csv`, which says what each file shows. Angles are degrees in files and radians
-everywhere else.
+`handsim.recordings.posture_file` says what a file of a recording holds. ``experiments.csv`` has the
+columns of `INDEX_COLUMNS`; further ones are kept. Those of `SAID_COLUMNS` may be missing, as they
+are in folders of earlier versions: the hand is then a right one.
 """
 
 import csv
 import io
 import shutil
 import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from handsim.disk import naming
 from handsim.errors import FileError, InputError
-from handsim.files import read_text, write_text
 from handsim.joints import JOINT_NAMES
-from handsim.recordings.recording import Recording, RecordingSet, check_frames, check_postures
-from handsim.types import Array, HandSize
+from handsim.recordings.delimited import read_table
+from handsim.recordings.gaps import bridge
+from handsim.recordings.posture_file import (
+    PostureTable,
+    checked_postures,
+    postures_text,
+    read_posture_table,
+)
+from handsim.recordings.recording import Recording, RecordingSet
+from handsim.recordings.sides import MIRRORED_JOINTS, looks_mirrored, mirrored
+from handsim.types import HandSize, Progress, Side
 
 INDEX_FILE = "experiments.csv"
-_POSTURE_COLUMNS = ("time_s", *(f"{name}_deg" for name in JOINT_NAMES))
-_INDEX_COLUMNS = ("file", "number", "subject", "object", "task", "hand_length_m", "hand_breadth_m")
+INDEX_COLUMNS = (
+    *("file", "number", "subject", "object", "task", "hand_length_m", "hand_breadth_m"),
+)
+"""Columns of ``experiments.csv`` that have to be there."""
+SAID_COLUMNS = ("side", "session", "notes")
+"""Columns that are read where they are there; ``side`` is always written."""
+_SIDES: dict[str, Side] = {"right": "right", "r": "right", "left": "left", "l": "left"}
+_LIKE_SIDE = ("handedness", "hand", "hand_side")
 
 
-def read_postures(path: Path) -> tuple[Array, Array]:
-    """Read a sequence of postures from one CSV file.
+def read_recordings(
+    folder: Path,
+    progress: Progress | None = None,
+    *,
+    bridge_s: float = 0.0,
+    side: Side | None = None,
+    radians: bool = False,
+) -> RecordingSet:
+    """Read a folder of recordings.
 
-    Returns
-    -------
-    time : (n,) [s]
-    q : (n, 22) [rad]
-
-    Raises
-    ------
-    FileError
-        If the file is missing or empty, a column is missing, extra or twice, a value is no finite
-        number, an angle is beyond +-180 deg, time does not increase, or there are fewer than 10
-        frames. The message names file, row (the header is row 1) and column.
-    """
-    path = Path(path)
-    header, rows = _read_table(path, _POSTURE_COLUMNS)
-    order = [header.index(column) for column in _POSTURE_COLUMNS]
-    table = np.empty((len(rows), len(order)))
-    for i, row in enumerate(rows):
-        for j, source in enumerate(order):
-            try:
-                table[i, j] = float(row[source])
-            except ValueError:
-                table[i, j] = np.nan
-            if not np.isfinite(table[i, j]):
-                raise FileError(
-                    f"{path}: row {i + 2}, column {_POSTURE_COLUMNS[j]}: '{row[source]}' is not a "
-                    "finite number; correct or remove the row"
-                )
-    time, angles = table[:, 0], table[:, 1:]
-    check_frames(str(path), time, angles, first_row=2)
-    return time, np.deg2rad(angles)
-
-
-def write_postures(time: Array, q: Array, path: Path) -> None:
-    """Write a sequence of postures to one CSV file.
+    Left hands whose abductions have the signs of a right hand's glove are mirrored, and their notes
+    say so.
 
     Parameters
     ----------
-    time : (n,) [s]
-    q : (n, 22) [rad], written in degrees with 6 decimals (2e-8 rad)
-    """
-    check_postures(str(path), np.asarray(time, dtype=float), np.asarray(q, dtype=float))
-    write_text(Path(path), _postures_text(time, q))
-
-
-def read_recordings(folder: Path) -> RecordingSet:
-    """Read a folder of recordings.
+    folder
+    progress
+        Called with the fraction done.
+    bridge_s
+        Longest gap between two values of a sensor that is bridged [s].
+    side
+        Of all recordings, instead of what ``experiments.csv`` says.
+    radians
+        Whether the files hold radians, whatever their headers say.
 
     Raises
     ------
@@ -87,15 +78,25 @@ def read_recordings(folder: Path) -> RecordingSet:
     index = folder / INDEX_FILE
     if not index.is_file():
         raise FileError(f"{folder}: holds no {INDEX_FILE}; it is no folder of recordings")
-    header, rows = _read_table(index, _INDEX_COLUMNS)
-    if not rows:
+    table = read_table(index)
+    for column in dict.fromkeys((*INDEX_COLUMNS, *table.header)):
+        if table.header.count(column) != 1:
+            found = "twice" if column in table.header else "missing"
+            where = f"{index}: row {table.header_line}: column {column} is {found}"
+            raise FileError(f"{where}; name each column once")
+    if not len(table):
         raise FileError(f"{index}: lists no recording; give at least 1 row")
     recordings: list[Recording] = []
-    for i, row in enumerate(rows):
-        values = dict(zip(header, row, strict=True))
-        recordings.append(_recording_of_row(folder, f"{index}: row {i + 2}", values))
+    for i, cells in enumerate(table.texts(range(table.n_columns))):
+        values = dict(zip(table.header, cells, strict=True))
+        where = f"{index}: row {table.numbers[i]}"
+        if side is not None:
+            values["side"] = side
+        recordings.append(_recording_of_row(folder, where, values, bridge_s, radians))
+        if progress is not None:
+            progress((i + 1) / len(table))
     try:
-        return RecordingSet(tuple(recordings))
+        return RecordingSet(tuple(_on_one_side(recordings)))
     except InputError as error:
         raise FileError(f"{index}: {error}") from error
 
@@ -122,7 +123,7 @@ def write_recordings(recordings: RecordingSet, folder: Path) -> None:
             fresh = scratch / "new"
             fresh.mkdir()
             for recording in recordings:
-                text = _postures_text(recording.time, recording.q)
+                text = postures_text(recording.time, recording.q, recording.channels)
                 (fresh / f"{recording.name}.csv").write_text(text, encoding="utf-8")
             (fresh / INDEX_FILE).write_text(_index_text(recordings), encoding="utf-8")
             _swap(fresh, folder, scratch / "old")
@@ -153,7 +154,9 @@ def _check_replaceable(folder: Path) -> None:
         )
 
 
-def _recording_of_row(folder: Path, where: str, values: dict[str, str]) -> Recording:
+def _recording_of_row(
+    folder: Path, where: str, values: Mapping[str, str], bridge_s: float, radians: bool
+) -> Recording:
     file = values["file"]
     if Path(file).name != file or not file.endswith(".csv") or file == INDEX_FILE:
         raise FileError(f"{where}, column file: '{file}' must name a .csv file in the same folder")
@@ -165,7 +168,15 @@ def _recording_of_row(folder: Path, where: str, values: dict[str, str]) -> Recor
             raise FileError(
                 f"{where}, column {column}: '{values[column]}' is not a number; correct it"
             ) from None
-    time, q = read_postures(folder / file)
+    content = read_posture_table(folder / file)
+    if radians:
+        content = replace(content, angles=np.rad2deg(content.angles))
+    content, bridged = bridged_gaps(content, bridge_s)
+    time, q = checked_postures(content)
+    side, said = _side(where, values)
+    notes = [note for note in values.get("notes", "").split("; ") if note]
+    further = [each for each in (*content.notes, *bridged, *said) if each not in notes]
+    known = (*INDEX_COLUMNS, *SAID_COLUMNS)
     try:
         return Recording(
             name=file.removesuffix(".csv"),
@@ -175,48 +186,77 @@ def _recording_of_row(folder: Path, where: str, values: dict[str, str]) -> Recor
             subject=values["subject"],
             object=values["object"],
             task=values["task"],
-            hand=HandSize(numbers["hand_length_m"], numbers["hand_breadth_m"]),
+            hand=HandSize(numbers["hand_length_m"], numbers["hand_breadth_m"], side),
+            session=values.get("session", ""),
+            channels=content.channels,
+            extra={name: value for name, value in values.items() if name not in known},
+            notes=(*notes, *further),
         )
     except InputError as error:
         raise FileError(f"{where}: {error}") from error
 
 
-def _read_table(path: Path, columns: tuple[str, ...]) -> tuple[list[str], list[list[str]]]:
-    try:
-        rows = [row for row in csv.reader(io.StringIO(read_text(path))) if row]
-    except csv.Error as error:
-        raise FileError(f"{path}: not a CSV file ({error}); export it again") from error
-    if not rows:
-        raise FileError(f"{path}: is empty; its first row must name the columns")
-    header = [cell.strip() for cell in rows[0]]
-    for column in columns:
-        if header.count(column) != 1:
-            found = "twice" if column in header else "missing"
-            raise FileError(f"{path}: row 1: column {column} is {found}; name each column once")
-    extra = next((column for column in header if column not in columns), None)
-    if extra is not None:
-        raise FileError(f"{path}: row 1: column {extra} is not expected; remove it")
-    for i, row in enumerate(rows[1:]):
-        if len(row) != len(header):
-            raise FileError(
-                f"{path}: row {i + 2} has {len(row)} values for {len(header)} columns; complete it"
-            )
-    return header, [[cell.strip() for cell in row] for row in rows[1:]]
+def _side(where: str, values: Mapping[str, str]) -> tuple[Side, list[str]]:
+    """Return the side of a row, and what to say where another column was taken for it."""
+    column = next((name for name in ("side", *_LIKE_SIDE) if name in values), None)
+    if column is None or not values[column]:
+        return "right", []
+    side = _SIDES.get(values[column].lower())
+    if column != "side":
+        return (side, [f"side {side} by column {column}"]) if side else ("right", [])
+    if side is None:
+        raise FileError(f"{where}, column side: '{values[column]}' is neither right nor left")
+    return side, []
 
 
-def _postures_text(time: Array, q: Array) -> str:
-    lines = [",".join(_POSTURE_COLUMNS)]
-    # + 0.0 turns -0.0 into 0.0, so that equal postures are equal text.
-    for t, angles in zip(time, np.round(np.rad2deg(q), 6) + 0.0, strict=True):
-        lines.append(",".join([f"{t:.6f}", *(f"{angle:.6f}" for angle in angles)]))
-    return "\n".join(lines) + "\n"
+def bridged_gaps(content: PostureTable, longest: float) -> tuple[PostureTable, list[str]]:
+    """Return a posture file's content with short gaps bridged, and notes that say which.
+
+    Parameters
+    ----------
+    content
+    longest
+        From value to value [s]; 0 leaves all gaps.
+    """
+    if longest <= 0:
+        return content, []
+    angles, filled = bridge(content.time, content.angles, longest)
+    notes = [
+        f"bridged {count} frames of {name}"
+        for name, count in zip(JOINT_NAMES, filled.sum(axis=0), strict=True)
+        if count
+    ]
+    return replace(content, angles=angles), notes
+
+
+def _on_one_side(recordings: list[Recording]) -> list[Recording]:
+    """Return recordings with left hands in the signs of this project, hand by hand."""
+    left = [r for r in recordings if r.hand.side == "left"]
+    turned: set[str] = set()
+    for hand in dict.fromkeys((r.subject, r.session) for r in left):
+        of_hand = [r for r in left if (r.subject, r.session) == hand]
+        if looks_mirrored([r.q for r in of_hand]):
+            turned |= {r.name for r in of_hand}
+    note = f"left hand in the signs of a right glove: {', '.join(MIRRORED_JOINTS)} turned around"
+    return [
+        replace(r, q=mirrored(r.q), notes=(*r.notes, note)) if r.name in turned else r
+        for r in recordings
+    ]
 
 
 def _index_text(recordings: RecordingSet) -> str:
+    """Return ``experiments.csv``; ``session`` and ``notes`` only where there are any."""
+    told = [
+        {"side": r.hand.side, "session": r.session, "notes": "; ".join(r.notes)} for r in recordings
+    ]
+    said = [name for name in SAID_COLUMNS if name == "side" or any(each[name] for each in told)]
+    extra = list(dict.fromkeys(name for r in recordings for name in r.extra))
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(_INDEX_COLUMNS)
-    for r in recordings:
+    writer.writerow([*INDEX_COLUMNS, *said, *extra])
+    for r, of_recording in zip(recordings, told, strict=True):
         sizes = (f"{r.hand.length:.6g}", f"{r.hand.breadth:.6g}")
-        writer.writerow([f"{r.name}.csv", r.number, r.subject, r.object, r.task, *sizes])
+        row = [f"{r.name}.csv", r.number, r.subject, r.object, r.task, *sizes]
+        row += [of_recording[name] for name in said]
+        writer.writerow([*row, *(r.extra.get(name, "") for name in extra)])
     return stream.getvalue()

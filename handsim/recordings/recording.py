@@ -1,9 +1,10 @@
 """Recordings of reach-to-grasp movements, one by one and in sets."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, SupportsIndex, overload
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from handsim.content import ByContent
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_NAMES, N_JOINTS
-from handsim.types import Array, HandSize
+from handsim.types import Array, HandSize, Index
 
 SYNTHETIC = "synthetic"
 """What recordings call the person that were made by script and simulation."""
@@ -35,7 +36,16 @@ class Recording(ByContent):
     subject, object, task
         Who moved, what was grasped, what for.
     hand
-        Size of the recorded hand.
+        Size and side of the recorded hand. The angles of a left hand are those of its mirror image:
+        flexion and spreading are positive on either side.
+    session
+        When or where it was recorded; empty if not said.
+    channels : name to (n,)
+        What was recorded beside the hand, such as ``palm_x_m`` or ``emg_01``; NaN where missing.
+    extra
+        Further columns of ``experiments.csv``, kept as they are.
+    notes
+        What was done to the recording, such as ``index_dip filled as 0.67 index_pip``.
     """
 
     name: str
@@ -46,6 +56,10 @@ class Recording(ByContent):
     object: str
     task: str
     hand: HandSize
+    session: str = ""
+    channels: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    extra: Mapping[str, str] = field(default_factory=dict[str, str])
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the values and make the arrays read-only."""
@@ -66,6 +80,30 @@ class Recording(ByContent):
         q.flags.writeable = False
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "q", q)
+        object.__setattr__(self, "channels", MappingProxyType(self._checked_channels()))
+        object.__setattr__(self, "extra", MappingProxyType(dict(self.extra)))
+        object.__setattr__(self, "notes", tuple(self.notes))
+
+    def _checked_channels(self) -> dict[str, Array]:
+        """Return the further channels as read-only arrays, one value a frame."""
+        checked: dict[str, Array] = {}
+        for name, values in self.channels.items():
+            channel = np.array(values, dtype=float)
+            if channel.shape != self.time.shape or np.isinf(channel).any():
+                raise InputError(
+                    f"recording '{self.name}', channel {name}: {channel.shape} values for "
+                    f"{len(self.time)} frames; give one number for each, NaN where it is missing"
+                )
+            if not name or name != name.strip() or set(name) & set(',;"\n\t:'):
+                raise InputError(f"'{name}' cannot name a channel; use letters, digits and _")
+            channel.flags.writeable = False
+            checked[name] = channel
+        return checked
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let it go to another process: what its fields are, the mappings as plain ones."""
+        values = (getattr(self, each.name) for each in fields(self))
+        return type(self), tuple(dict(v) if isinstance(v, MappingProxyType) else v for v in values)
 
     @property
     def duration(self) -> float:
@@ -172,24 +210,35 @@ def check_postures(where: str, time: Array, q: Array) -> None:
         )
     if not (np.isfinite(time).all() and np.isfinite(q).all()):
         raise InputError(f"{where}: holds NaN or infinite values; remove those frames")
-    check_frames(where, time, np.rad2deg(q), first_row=0)
+    check_frames(where, time, np.rad2deg(q), np.arange(len(time)))
 
 
-def check_frames(where: str, time: Array, angles: Array, first_row: int) -> None:
-    """Check what holds for files (row counted from the header) and for arrays alike."""
+def check_frames(where: str, time: Array, angles: Array, rows: Index) -> None:
+    """Check what holds for files and for arrays alike.
+
+    Parameters
+    ----------
+    where
+        What the message begins with.
+    time : (n,) [s]
+    angles : (n, 22) [deg]
+    rows : (n,)
+        What the message calls each frame.
+    """
     if len(time) < MIN_FRAMES:
         raise FileError(f"{where}: {len(time)} frames; at least {MIN_FRAMES} are needed")
     backward = np.flatnonzero(np.diff(time) <= 0)
     if backward.size:
         row = int(backward[0]) + 1
         raise FileError(
-            f"{where}: row {row + first_row}, column time_s: {time[row]:g} s follows "
+            f"{where}: row {rows[row]}, column time_s: {time[row]:g} s follows "
             f"{time[row - 1]:g} s; time must increase"
         )
     beyond = np.argwhere(np.abs(angles) > MAX_ANGLE_DEG)
     if beyond.size:
         row, joint = (int(i) for i in beyond[0])
         raise FileError(
-            f"{where}: row {row + first_row}, column {JOINT_NAMES[joint]}_deg: "
-            f"{angles[row, joint]:g} deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it"
+            f"{where}: row {rows[row]}, column {JOINT_NAMES[joint]}_deg: {angles[row, joint]:g} "
+            f"deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it, or calibrate raw counts and take "
+            "out jumps of 360 deg with `handsim recordings import`"
         )

@@ -24,7 +24,8 @@ from handsim.hand.model import HandModel
 from handsim.hand.population import PRESETS
 from handsim.hand.postures import POSTURES
 from handsim.joints import JOINT_NAMES
-from handsim.recordings.folder import Recording, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import Recording
 from handsim.retargeting.retarget import Retargeter, human_hand
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.tasks.scene import build_scene

@@ -13,7 +13,8 @@ from handsim.files import data_folder, write_text
 from handsim.hand.export import write_hand
 from handsim.joints import JOINT_NAMES
 from handsim.learning.subspace import PostureSubspace
-from handsim.recordings.folder import RecordingSet, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import RecordingSet
 from handsim.types import SIDES, HandSize
 
 N_EIGENGRASPS = 3

@@ -25,7 +25,8 @@ from handsim.grasping.rollout.run import simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range
-from handsim.recordings.folder import Recording, RecordingSet, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.tasks.table_one import task_by_name
 
 COMPONENTS = (3, 5, 7, 22)

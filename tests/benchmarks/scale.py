@@ -21,7 +21,8 @@ from handsim.files import data_folder
 from handsim.learning.direction.learner import DirectionLearner
 from handsim.learning.learn import learn_controller
 from handsim.learning.subspace import PostureSubspace
-from handsim.recordings.folder import Recording, RecordingSet, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import Recording, RecordingSet
 
 MOVED = np.deg2rad(5.0)  # deviation of each joint at the start and at the end
 TREMOR = np.deg2rad(0.5)

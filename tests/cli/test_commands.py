@@ -10,7 +10,7 @@ import pytest
 
 from handsim.grasping.rollout_file import read_rollout
 from handsim.joints import JOINT_NAMES
-from handsim.recordings.folder import read_postures
+from handsim.recordings.posture_file import read_postures
 from handsim.tasks.table_one import TASK_NAMES
 
 REAL = Path(__file__).parents[2] / "../shared/data/reach_to_grasp"

@@ -7,7 +7,8 @@ import pytest
 from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.joints import JOINT_NAMES
-from handsim.recordings.folder import Recording, RecordingSet, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import HandSize
 
 

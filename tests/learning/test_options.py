@@ -21,7 +21,7 @@ from handsim.learning.options import (
 from handsim.navigation.bspline import TensorBSpline
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 
 UNUSUAL = {
     "shape": (9, 9), "degree": 3, "k": 3.5, "smoothness": 1e-4, "ridge": 2e-5, "descent": 500.0,

@@ -25,7 +25,7 @@ from handsim.navigation.critical_points import grid
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
-from handsim.recordings.folder import Recording, RecordingSet
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import HandSize
 
 

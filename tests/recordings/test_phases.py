@@ -5,7 +5,6 @@ import pytest
 
 from handsim.errors import InputError
 from handsim.joints import N_JOINTS, UPPER
-from handsim.recordings.folder import Recording, RecordingSet
 from handsim.recordings.phases import (
     cut_reach_to_grasp,
     hand_speed,
@@ -14,6 +13,7 @@ from handsim.recordings.phases import (
     resample,
     summarise,
 )
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import HandSize
 
 

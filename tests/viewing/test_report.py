@@ -15,7 +15,8 @@ from handsim.grasping.planning.demonstrator import demonstrate
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_controller
 from handsim.learning.scores import evaluate
-from handsim.recordings.folder import RecordingSet, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import RecordingSet
 from handsim.tasks.table_one import task_by_name
 from handsim.viewing import html as page
 from handsim.viewing.report import write_report

@@ -16,7 +16,7 @@ from handsim.grasping.rollout.record import Rollout
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.learning.controller import GraspController
-from handsim.recordings.folder import RecordingSet
+from handsim.recordings.recording import RecordingSet
 from handsim.tasks.task import Task
 
 Grasper = Callable[[Task, Conditions], Rollout]

@@ -1,43 +1,89 @@
-"""Read recordings published in a layout of their own, by the name of the layout."""
+"""Read recordings of other layouts, by the name of the layout."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
-from handsim.errors import UnknownNameError
-from handsim.recordings.importers.west_rtg import read_west_rtg
+from handsim.errors import InputError, UnknownNameError
+from handsim.recordings.importers.layout import ImportOptions, Layout
 from handsim.recordings.recording import RecordingSet
 
-READERS: dict[str, Callable[[Sequence[Path], int | None], RecordingSet]] = {
-    "west-rtg": read_west_rtg,
+ENTRY_POINTS = "handsim.importers"
+"""Group of entry points by which other packages add layouts; each leads to a `Layout`."""
+_OWN = {
+    "handsim": "handsim_folder",
+    "west-rtg": "west_rtg",
 }
-"""What reads each layout: from files, and the number of a subject or None, to recordings."""
-FORMATS: tuple[str, ...] = tuple(READERS)
-"""Names of the layouts that `import_recordings` reads."""
+FORMATS: tuple[str, ...] = tuple(_OWN)
+"""Names of the layouts that handsim itself reads."""
+
+
+def layouts() -> dict[str, Callable[[], Layout]]:
+    """Return what loads each layout, those of other packages last; one of them replaces none."""
+    found = {name: _loader(module) for name, module in _OWN.items()}
+    for point in entry_points(group=ENTRY_POINTS):
+        found.setdefault(point.name, point.load)
+    return found
+
+
+def _loader(module: str) -> Callable[[], Layout]:
+    return lambda: import_module(f"handsim.recordings.importers.{module}").LAYOUT
+
+
+def layout_named(name: str) -> Layout:
+    """Return a layout.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none of that name.
+    InputError
+        If another package registers what is no layout.
+    """
+    known = layouts()
+    if name not in known:
+        raise UnknownNameError("format", name, tuple(known))
+    layout: Any = known[name]()
+    if not isinstance(layout, Layout):
+        raise InputError(
+            f"entry point {name} of group {ENTRY_POINTS} leads to a {type(layout).__name__}; it "
+            "must be a handsim.recordings.importers.layout.Layout"
+        )
+    return layout
 
 
 def import_recordings(
-    files: Sequence[Path], format: str, subject: int | None = None
+    files: Sequence[Path],
+    format: str,
+    subject: int | None = None,
+    options: ImportOptions | None = None,
 ) -> RecordingSet:
-    """Read recordings published in a layout of their own, cut to the reach-to-grasp phase.
+    """Read recordings of another layout.
 
     Parameters
     ----------
     files
-        The published files, in any order.
+        In any order.
     format
-        One of `FORMATS`.
+        Name of the layout, one of `layouts`.
     subject
-        Number of the subject, from 1; all subjects where it is left out.
+        Number of the subject, from 1, where the layout numbers them.
+    options
+        What else is said about the files.
 
     Raises
     ------
     FileError
         If a file is missing, damaged or not of the layout.
     InputError
-        If the subject is not among those in the files.
+        If an option is out of its range, or the layout has no use for it.
     UnknownNameError
         If the format is not known.
     """
-    if format not in READERS:
-        raise UnknownNameError("format", format, FORMATS)
-    return READERS[format](files, subject)
+    said = options or ImportOptions()
+    if subject is not None:
+        said = replace(said, subject=subject)
+    return layout_named(format)([Path(file) for file in files], said)

@@ -33,10 +33,11 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import FileError, InputError
-from handsim.recordings.folder import Recording, RecordingSet
 from handsim.recordings.importers._matlab import read_variables
+from handsim.recordings.importers.layout import UNKNOWN_HAND, ImportOptions, Layout
 from handsim.recordings.phases import cut_reach_to_grasp
-from handsim.types import Array, HandSize
+from handsim.recordings.recording import Recording, RecordingSet
+from handsim.types import Array
 
 _WEST_OBJECTS = ("scissors", "zip-tie", "screwdriver", "wire-harness-tied", "wire-harness-untied")
 _WEST_N_COLUMNS = 23
@@ -48,19 +49,18 @@ _WEST_COLUMNS = np.array(
 _WEST_SIGNS = np.array(
     [-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, 1, -1, -1, -1, -1, -1, -1, -1, -1, 1, -1, 1], float
 )
-# The source does not give hand sizes; these are means of adult men, the nominal hand of the models.
-_UNKNOWN_HAND = HandSize(0.19, 0.085)
 
 
-def read_west_rtg(files: Sequence[Path], subject: int | None = None) -> RecordingSet:
+def read_west_rtg(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
     """Read the two published files, cut to the reach-to-grasp phase.
 
     Parameters
     ----------
     files
         In any order.
-    subject
-        Number of the subject, from 1; all subjects where it is left out.
+    options
+        With the number of the subject, from 1; all subjects where it is left out. The source does
+        not give hand sizes.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def read_west_rtg(files: Sequence[Path], subject: int | None = None) -> Recordin
         If the subject is not among those in the files.
     """
     angles, times = _west_cells([Path(file) for file in files])
-    n_subjects = angles.shape[0]
+    n_subjects, subject = angles.shape[0], options.subject
     if subject is not None and not 1 <= subject <= n_subjects:
         raise InputError(f"subject {subject} is not in the files; give 1 to {n_subjects}")
     chosen = range(1, n_subjects + 1) if subject is None else [subject]
@@ -105,7 +105,7 @@ def _west_subject(angles: Array, times: Array, subject: int) -> list[Recording]:
                     subject=str(subject),
                     object=object_name,
                     task=f"{object_name}-grasp",
-                    hand=_UNKNOWN_HAND,
+                    hand=UNKNOWN_HAND,
                 )
             )
     return recordings
@@ -141,3 +141,11 @@ def _west_cells(files: list[Path]) -> tuple[Array, Array]:
     if cells[wanted[0]].shape != cells[wanted[1]].shape:
         raise FileError(f"{wanted[0]} and {wanted[1]} differ in subjects; give one publication's")
     return cells[wanted[0]], cells[wanted[1]]
+
+
+LAYOUT = Layout(
+    "west-rtg",
+    "two MATLAB files of West and Hogan (2024), glove, cut to the reach",
+    read_west_rtg,
+    frozenset({"subject"}),
+)

@@ -10,8 +10,7 @@ from handsim.learning.scores import roll_out
 from handsim.learning.subspace import PostureSubspace
 from handsim.navigation.flow import follow
 from handsim.navigation.paths import arc_length
-from handsim.recordings.folder import RecordingSet
-from handsim.recordings.recording import SYNTHETIC
+from handsim.recordings.recording import SYNTHETIC, RecordingSet
 from handsim.types import Progress
 from handsim.viewing.figures.field_figures import field_figure, level_sets_figure
 from handsim.viewing.figures.fit_figure import learning_figure

@@ -22,7 +22,7 @@ from handsim.grasping.planning.plan_store import PlanStore, StoredPlan, plan_sto
 from handsim.grasping.planning.planner import SEEDS
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
-from handsim.recordings.folder import Recording, RecordingSet
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.tasks.table_one import task_by_name
 from handsim.types import HandSize
 

@@ -12,7 +12,8 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning.demonstrator import demonstrate
 from handsim.grasping.planning.trial_variation import trial_variation
 from handsim.grasping.rollout.glove import DataGlove, recorded_reach
-from handsim.recordings.folder import Recording, read_recordings
+from handsim.recordings.folder import read_recordings
+from handsim.recordings.recording import Recording
 from handsim.tasks.table_one import TASK_NAMES, task_by_name
 
 STEP = DataGlove().resolution

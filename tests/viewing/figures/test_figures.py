@@ -18,7 +18,7 @@ from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import at_arc_length
 from handsim.navigation.workspace import lay_basis
-from handsim.recordings.folder import Recording, RecordingSet
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import HandSize
 from handsim.viewing.figures import paper_figures
 from handsim.viewing.figures.field_figures import field_figure, level_sets_figure

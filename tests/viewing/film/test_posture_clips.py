@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from handsim.joints import FINGERS, JOINT_INDEX, JOINT_NAMES, UPPER
-from handsim.recordings.folder import Recording
+from handsim.recordings.recording import Recording
 from handsim.types import HandSize
 from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View

@@ -1,0 +1,291 @@
+"""Text tables as spreadsheets and loggers of any country write them.
+
+Found by themselves: the encoding (UTF-8, UTF-16 with its mark, Windows-1252), the separator, a
+decimal comma, comment lines, empty lines, and a row of units under the header. Lines are counted
+as a text editor counts them, so that a message names the line that has to be mended.
+"""
+
+import codecs
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from handsim.disk import naming
+from handsim.errors import FileError
+from handsim.files import is_file
+from handsim.types import Array, Index
+
+MAX_TABLE_BYTES = 512 * 1024**2
+"""Size above which a table is refused; ten minutes of 22 angles at 1 kHz take 150 MB."""
+COMMENTS = ("#", "%", "//")
+_SEPARATORS = ("\t", ";", "|", ",", " ")
+_NAMES = {"\t": "tab", ";": "semicolon", "|": "bar", ",": "comma", " ": "space"}
+_LOOKED_AT = 60  # lines from which the separator is found
+_UNITS = frozenset(
+    {"", "s", "sec", "ms", "us", "hz", "deg", "degree", "degrees", "°", "rad", "count", "counts"}
+    | {"raw", "m", "cm", "mm", "n", "v", "mv", "-", "1"}
+)
+_EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "missing"})
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(
+    r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A text table, its cells not yet turned into numbers.
+
+    Attributes
+    ----------
+    path
+    header
+        Names of the columns without blanks around them; empty where the file has none.
+    units
+        The row of units under the header, or None.
+    lines
+        The lines of the body as they stand in the file.
+    numbers
+        Number of each of these lines in the file, from 1.
+    header_line
+        Number of the header's line; 0 without one.
+    separator, decimal_comma
+        How cells and decimals are divided.
+    """
+
+    path: Path
+    header: tuple[str, ...]
+    units: tuple[str, ...] | None
+    lines: tuple[str, ...]
+    numbers: Index
+    header_line: int
+    separator: str
+    decimal_comma: bool
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.lines)
+
+    @property
+    def n_columns(self) -> int:
+        """Number of columns, by the header or the first row."""
+        return len(self.header) or len(self.cells(0))
+
+    @property
+    def found(self) -> str:
+        """What was found about the layout, in words; empty for commas and decimal points."""
+        said = [] if self.separator == "," else [f"separated by {_NAMES[self.separator]}"]
+        return " and ".join([*said, *(["with decimal commas"] if self.decimal_comma else [])])
+
+    def cells(self, row: int) -> list[str]:
+        """Return the cells of a row, from 0, as they stand in the file."""
+        return _cells(self.lines[row], self.separator)
+
+    def texts(self, columns: Sequence[int]) -> list[list[str]]:
+        """Return the cells of some columns of every row.
+
+        Raises
+        ------
+        FileError
+            If a row has more or fewer cells than the header; the message names its line.
+        """
+        n = self.n_columns
+        rows: list[list[str]] = []
+        for i in range(len(self)):
+            cells = self.cells(i)
+            if len(cells) != n:
+                raise FileError(
+                    f"{self.path}: row {self.numbers[i]} has {len(cells)} values for {n} columns; "
+                    "complete it"
+                )
+            rows.append([cells[j] for j in columns])
+        return rows
+
+    def values(self, columns: Sequence[int]) -> Array:
+        """Return some columns as numbers, (n, len(columns)); NaN where a cell holds none.
+
+        Raises
+        ------
+        FileError
+            If a row has more or fewer cells than the header; the message names its line.
+        """
+        try:
+            values = np.loadtxt(
+                self._plain, delimiter=self._delimiter, comments=None, ndmin=2, dtype=float
+            )
+            if values.shape == (len(self), self.n_columns):
+                return values[:, list(columns)]
+        except ValueError:
+            pass  # a cell that is no number, or a row of another length: cell by cell then
+        values = np.full((len(self), len(columns)), np.nan)
+        for i, cells in enumerate(self.texts(columns)):
+            values[i] = [self.number(cell) for cell in cells]
+        return values
+
+    def number(self, cell: str) -> float:
+        """Return the number in a cell, NaN where it holds none."""
+        try:
+            return float(cell.replace(",", ".") if self.decimal_comma else cell)
+        except ValueError:
+            return np.nan
+
+    @property
+    def _delimiter(self) -> str | None:
+        return None if self.separator == " " else self.separator
+
+    @cached_property
+    def _plain(self) -> Sequence[str]:
+        """The lines with decimal points and without quotes, as NumPy's reader takes them."""
+        if self.decimal_comma and self.separator != ",":
+            return [line.replace(",", ".") for line in self.lines]
+        return self.lines
+
+
+def is_missing(cell: str) -> bool:
+    """Whether a cell says in one of the usual ways that there is no value."""
+    return cell.strip().lower() in _EMPTY
+
+
+def read_table(path: Path, *, header: bool = True) -> Table:
+    """Read a text table.
+
+    Parameters
+    ----------
+    path
+    header
+        Whether the table must have a row of names.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, too large, a workbook, no text or empty, or has no row of names.
+    """
+    path = Path(path)
+    lines = _decoded(path).splitlines()
+    kept = [(i, line) for i, line in enumerate(lines, start=1) if _is_content(line)]
+    if not kept:
+        raise FileError(f"{path}: is empty; its first row must name the columns")
+    separator = _separator([line for _, line in kept])
+    first = _first_row(kept, separator)
+    names, units, header_line = _header(kept[:first], separator)
+    if header and not names:
+        raise FileError(
+            f"{path}: row {kept[0][0]} holds no names of columns; give a header as the first row"
+        )
+    body = kept[first:]
+    comma = separator != "," and _has_decimal_comma([line for _, line in body], separator)
+    return Table(
+        path=path,
+        header=names,
+        units=units,
+        lines=tuple(line for _, line in body),
+        numbers=np.array([i for i, _ in body], dtype=np.int64),
+        header_line=header_line,
+        separator=separator,
+        decimal_comma=comma,
+    )
+
+
+def _decoded(path: Path) -> str:
+    if not is_file(path):
+        raise FileError(f"{path}: no such file; check the path")
+    with naming(path, "read"):
+        size = path.stat().st_size
+        if size > MAX_TABLE_BYTES:
+            raise FileError(f"{path}: {size} bytes, more than {MAX_TABLE_BYTES}; split it")
+        data = path.read_bytes()
+    if data[:4] == b"PK\x03\x04" or data[:4] == b"\xd0\xcf\x11\xe0":
+        raise FileError(f"{path}: is a workbook or an archive, not text; export the sheet as CSV")
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encodings = ("utf-16",)
+    else:
+        encodings = ("utf-8-sig", "cp1252")
+    for encoding in encodings:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise FileError(f"{path}: cannot be read as text; export it again as CSV in UTF-8")
+
+
+def _is_content(line: str) -> bool:
+    stripped = line.strip(" \t;,|\r\n\ufeff")
+    return bool(stripped) and not stripped.startswith(COMMENTS)
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    if '"' in line:
+        try:
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+        except (csv.Error, StopIteration):
+            pass
+    return [cell.strip() for cell in line.split(separator)]
+
+
+def _separator(lines: list[str]) -> str:
+    """Return what divides the last of the lines looked at most evenly.
+
+    The last lines, because texts about the recording stand before the table. A comma may be a
+    decimal sign, so that what cannot be one comes first.
+    """
+    looked_at = lines[: _LOOKED_AT + 1][-_LOOKED_AT // 2 :]
+    best, most = ",", 0.0
+    for separator in _SEPARATORS:
+        counts = Counter(len(_cells(line, separator)) for line in looked_at)
+        count, times = counts.most_common(1)[0]
+        even = times / len(looked_at)
+        if count > 1 and even > most + 0.2:
+            best, most = separator, even
+    return best
+
+
+def _is_number(cell: str) -> bool:
+    return bool(_NUMBER.fullmatch(cell.strip())) or is_missing(cell)
+
+
+def _first_row(kept: list[tuple[int, str]], separator: str) -> int:
+    """Return the place of the first row of values.
+
+    It is the first of which most cells are numbers, and at least one is no missing value.
+    """
+    for i, (_, line) in enumerate(kept[: _LOOKED_AT + 1]):
+        cells = _cells(line, separator)
+        numbers = sum(map(_is_number, cells))
+        real = sum(bool(_NUMBER.fullmatch(cell.strip())) for cell in cells)
+        if numbers > len(cells) / 2 and real and len(cells) > 1:
+            return i
+    return 1
+
+
+def _header(
+    above: list[tuple[int, str]], separator: str
+) -> tuple[tuple[str, ...], tuple[str, ...] | None, int]:
+    """Return names, units and the line of the names from the lines above the first row."""
+    if not above:
+        return (), None, 0
+    number, line = above[-1]
+    last = _cells(line, separator)
+    if len(above) > 1 and any(last) and all(map(_is_unit, last)):
+        number, line = above[-2]
+        return tuple(_cells(line, separator)), tuple(last), number
+    return tuple(last), None, number
+
+
+def _is_unit(cell: str) -> bool:
+    return cell.strip("[]() ").lower() in _UNITS
+
+
+def _has_decimal_comma(lines: list[str], separator: str) -> bool:
+    cells = [cell for line in lines[:_LOOKED_AT] for cell in _cells(line, separator)]
+    commas = sum(bool(_DECIMAL_COMMA.fullmatch(cell)) for cell in cells)
+    return commas > sum("." in cell and _is_number(cell) for cell in cells)
