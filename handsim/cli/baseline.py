@@ -136,9 +136,11 @@ def check(
 
 def _recordings(controller: Path | None, folder: Path | None) -> "RecordingSet | None":
     """Return what to learn from again: what is given, or what the built-in one was learned from."""
-    from handsim.cli.defaults import recordings_or_built_in
+    from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
 
-    return recordings_or_built_in(folder) if folder or controller is None else None
+    if folder is None and controller is not None:
+        return None
+    return recordings_or_built_in(folder, learned=controller_or_built_in(controller))
 
 
 @app.callback()

@@ -26,6 +26,14 @@ Folder = Annotated[
 ControllerFile = Annotated[
     Path | None, typer.Argument(help="Controller file; the built-in one if left out.")
 ]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept",
+        metavar="KIND",
+        help="Kind of anomaly of the recordings that is right all the same; may be repeated.",
+    ),
+]
 
 
 def say(text: str) -> None:

@@ -1,5 +1,6 @@
 """Controllers, recordings and plans that commands use where none are named."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from handsim.files import data_folder
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
 from handsim.recordings.folder import read_recordings
+from handsim.recordings.plausibility import check_plausible, lines_of
 from handsim.recordings.recording import RecordingSet
 from handsim.types import MEDIAN_HAND, HandSize, Side
 
@@ -18,9 +20,65 @@ if TYPE_CHECKING:
     from handsim.grasping.planning.grasper import ControllerGrasper
 
 
-def recordings_or_built_in(folder: Path | None) -> RecordingSet:
-    """Read a folder of recordings; by default the built-in synthetic experiments."""
-    return read_recordings(folder or data_folder("assets") / "experiments")
+MOST_NOTES = 5
+"""Lines about what was done to recordings that a command says; `recordings info` says them all."""
+
+
+def recordings_or_built_in(
+    folder: Path | None,
+    accept: Sequence[str] | None = None,
+    learned: GraspController | None = None,
+) -> RecordingSet:
+    """Read recordings that can be what they say; by default the built-in synthetic experiments.
+
+    What was done to them and what is unlikely about them is said on standard error.
+
+    Parameters
+    ----------
+    folder
+    accept
+        Kinds of anomalies that are right all the same.
+    learned
+        A controller that was learned in spite of some, which are then accepted too.
+
+    Raises
+    ------
+    ImplausibleError
+        If they cannot be.
+    """
+    from handsim.cli.console import note
+
+    recordings = read_any_recordings(folder)
+    for line in said_of(recordings):
+        note(line)
+    accepted = {*(accept or ()), *(learned.accepted if learned is not None else ())}
+    for line in lines_of(check_plausible(recordings, accepted)):
+        note(line)
+    return recordings
+
+
+def read_any_recordings(folder: Path | None) -> RecordingSet:
+    """Read recordings, plausible or not; a bar shows how far it is."""
+    from handsim.cli.console import fraction_done
+
+    with fraction_done("reading") as progress:
+        return read_recordings(folder or data_folder("assets") / "experiments", progress)
+
+
+def said_of(recordings: RecordingSet) -> list[str]:
+    """Return what was done to recordings, a line for each thing done."""
+    names: dict[str, list[str]] = {}
+    for recording in recordings:
+        for said in recording.notes:
+            names.setdefault(said, []).append(recording.name)
+    lines = [
+        f"recording '{of[0]}'" + (f" and {len(of) - 1} more" if of[1:] else "") + f": {said}"
+        for said, of in names.items()
+    ]
+    if len(lines) > MOST_NOTES:
+        more = f"{len(lines) - MOST_NOTES + 1} more notes; `handsim recordings info` shows them"
+        lines = [*lines[: MOST_NOTES - 1], more]
+    return lines
 
 
 def controller_or_built_in(path: Path | None) -> GraspController:
@@ -92,7 +150,8 @@ def grasper_without(
     from handsim.grasping.planning.plan_store import plan_store
     from handsim.learning.learn import learn_controller, learn_like
 
-    recordings = recordings_or_built_in(folder)
+    kept = None if path is None and folder is not None else controller_or_built_in(path)
+    recordings = recordings_or_built_in(folder, learned=kept)
     objects = tuple(dict.fromkeys(recording.object for recording in recordings))
     if name not in objects:
         raise UnknownNameError("recorded object", name, objects)

@@ -1,5 +1,6 @@
 """`handsim learn`, `evaluate`, `postures`: from recordings to a controller and its movements."""
 
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -7,6 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from handsim.cli.console import (
+    Accept,
     ControllerFile,
     Folder,
     JsonFlag,
@@ -31,15 +33,18 @@ def learn(
         bool, typer.Option("--certified", help="Learn so that convergence can be proven.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the random samples.")] = 0,
+    accept: Accept = None,
     json: JsonFlag = False,
 ) -> None:
     """Learn a controller from a folder of recordings."""
     from handsim.cli.defaults import recordings_or_built_in
     from handsim.learning.learn import learn_controller
+    from handsim.recordings.plausibility import PlausibilityWarning
 
     writable(output, ".npz")
-    recordings = recordings_or_built_in(folder)
-    with fraction_done("learning") as progress:
+    recordings = recordings_or_built_in(folder, accept)
+    with fraction_done("learning") as progress, warnings.catch_warnings():
+        warnings.simplefilter("ignore", PlausibilityWarning)  # said when they were read
         learned = learn_controller(
             recordings,
             n_components=components,
@@ -48,6 +53,7 @@ def learn(
             certified=certified,
             seed=seed,
             progress=progress,
+            accept=accept or (),
         )
     learned.controller.save(output)
     summary = learned.as_dict()
@@ -93,6 +99,7 @@ def evaluate(
     leave_one_out: Annotated[
         bool, typer.Option("--leave-one-out", help="Learn again without each recording in turn.")
     ] = False,
+    accept: Accept = None,
     json: JsonFlag = False,
 ) -> None:
     """Score a controller against recordings."""
@@ -101,7 +108,7 @@ def evaluate(
     from handsim.learning.learn import learn_like
 
     learned = controller_or_built_in(controller)
-    recordings = recordings_or_built_in(folder)
+    recordings = recordings_or_built_in(folder, accept, learned)
     if leave_one_out:
         with fraction_done("leaving one out") as progress:
             found = scores.leave_one_out(recordings, partial(learn_like, learned), progress)

@@ -1,44 +1,130 @@
 """`handsim recordings`: other people's files in, a summary out."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import typer
 
-from handsim.cli.console import Folder, JsonFlag, note, say, say_json, say_table
+from handsim.cli.console import Folder, JsonFlag, note, say, say_json, say_table, writable
 
 app = typer.Typer()
+
+_LIGHTS = {"green": "ok", "amber": "look", "red": "STOP"}
 
 
 @app.command("import")
 def import_(
-    files: Annotated[list[Path], typer.Argument(help="Files as published.")],
-    format: Annotated[str, typer.Option(help="Layout of the files, such as west-rtg.")],
+    files: Annotated[list[Path], typer.Argument(help="Files as recorded or published.")],
+    format: Annotated[
+        str, typer.Option(help="Layout of the files; `handsim recordings formats` lists them.")
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write.")],
-    subject: Annotated[int, typer.Option(help="Number of the subject, from 1.")] = 1,
+    map: Annotated[
+        Path | None, typer.Option("--map", help="TOML file that says what each column is.")
+    ] = None,
+    calibration: Annotated[
+        Path | None, typer.Option(help="TOML file that turns counts of a glove into angles.")
+    ] = None,
+    subject: Annotated[
+        int | None, typer.Option(help="Number of the subject, from 1; all if left out.")
+    ] = None,
+    side: Annotated[
+        Literal["right", "left"] | None, typer.Option(help="Side of the recorded hand.")
+    ] = None,
+    units: Annotated[
+        Literal["deg", "rad", "counts"] | None, typer.Option(help="Units of the angles.")
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="Frames a second, where the files hold no times.")
+    ] = None,
+    bridge: Annotated[
+        float, typer.Option(help="Longest gap in a sensor to bridge, in s; none by default.")
+    ] = 0.0,
+    unwrap: Annotated[bool, typer.Option("--unwrap", help="Take out jumps of 360 deg.")] = False,
+    object: Annotated[str, typer.Option(help="What was grasped, where no file says it.")] = "",
+    task: Annotated[str, typer.Option(help="What for, where no file says it.")] = "",
+    hand_length: Annotated[float | None, typer.Option(help="Of the recorded hand, in m.")] = None,
+    hand_breadth: Annotated[float | None, typer.Option(help="Of the recorded hand, in m.")] = None,
 ) -> None:
-    """Turn published recordings into a folder of CSV files."""
-    from handsim.recordings.folder import write_recordings
+    """Turn recordings of a glove, of markers or of keypoints into a folder of CSV files."""
+    from handsim.cli.defaults import hand_size, said_of
+    from handsim.recordings.folder import check_folder_target, write_recordings
     from handsim.recordings.importers.import_files import import_recordings
+    from handsim.recordings.importers.layout import ImportOptions
+    from handsim.recordings.plausibility import anomalies, lines_of
 
-    recordings = import_recordings(files, format, subject)
+    check_folder_target(output)
+    sized = hand_length is not None or hand_breadth is not None
+    options = ImportOptions(
+        subject=subject,
+        side=side,
+        units=units,
+        column_map=map,
+        calibration=calibration,
+        hand=hand_size(hand_length, hand_breadth, side or "right") if sized else None,
+        bridge_s=bridge,
+        rate_hz=rate,
+        object=object,
+        task=task,
+        unwrap=unwrap,
+    )
+    recordings = import_recordings(files, format, options=options)
     write_recordings(recordings, output)
+    for line in (*said_of(recordings), *lines_of(anomalies(recordings))):
+        note(line)
     note(f"wrote {len(recordings)} recordings to {output}")
 
 
 @app.command()
-def info(folder: Folder = None, json: JsonFlag = False) -> None:
-    """Show what a folder of recordings holds."""
-    from handsim.cli.defaults import recordings_or_built_in
-    from handsim.recordings.phases import summarise
+def formats(json: JsonFlag = False) -> None:
+    """List the layouts of files that can be imported."""
+    from handsim.recordings.importers.import_files import layout_named, layouts
 
-    summary = summarise(recordings_or_built_in(folder))
+    known = [layout_named(name) for name in layouts()]
+    if json:
+        say_json(
+            {
+                "formats": [
+                    {"name": each.name, "summary": each.summary, "options": sorted(each.options)}
+                    for each in known
+                ]
+            }
+        )
+        return
+    width = max(len(each.name) for each in known)
+    for each in known:
+        say(f"{each.name:<{width}}  {each.summary}")
+
+
+@app.command()
+def info(
+    folder: Folder = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture of all joints to draw, .png.")] = None,
+    json: JsonFlag = False,
+) -> None:
+    """Show what a folder of recordings holds, and whether it can be right."""
+    from handsim.cli.defaults import read_any_recordings
+    from handsim.recordings.contents import summarise
+
+    if plot is not None:
+        writable(plot, ".png")
+    recordings = read_any_recordings(folder)
+    summary = summarise(recordings)
+    if plot is not None:
+        from handsim.viewing.figures.recordings_figure import draw_recordings
+
+        draw_recordings(recordings, plot)
+        note(f"wrote {plot}")
     if json:
         say_json(summary)
-        return
-    ranges = summary.pop("out_of_range")
+    else:
+        _say_summary(summary)
+
+
+def _say_summary(summary: dict[str, Any]) -> None:
+    ranges, rows = summary.pop("out_of_range"), summary.pop("recordings")
     for key, value in summary.items():
-        say(f"{key:>16}  {value}")
+        say(f"{key:>21}  {value}")
     say_table(
         ("joint out of range", "frames", "least [deg]", "greatest [deg]"),
         [
@@ -46,3 +132,25 @@ def info(folder: Folder = None, json: JsonFlag = False) -> None:
             for name, joint in ranges.items()
         ],
     )
+    say("")
+    say_table(
+        ("recording", "frames", "duration [s]", "rate [Hz]", "side", "plausible", "found"),
+        [
+            (
+                *(row["name"], row["frames"], f"{row['duration_s']:.2f}", f"{row['rate_hz']:.1f}"),
+                *(row["side"], _LIGHTS[row["light"]]),
+                ", ".join(dict.fromkeys(each["kind"] for each in row["warnings"])),
+            )
+            for row in rows
+        ],
+    )
+    for row in rows:
+        for said in row["notes"]:
+            say(f"{row['name']}: {said}")
+    seen: set[tuple[str, str | None]] = set()
+    for row in rows:
+        for each in row["warnings"]:
+            if (each["kind"], each["joint"]) not in seen:
+                seen.add((each["kind"], each["joint"]))
+                joint = f", {each['joint']}" if each["joint"] else ""
+                say(f"{row['name']}{joint}: {each['kind']}: {each['message']}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from handsim.cli.console import (
+    Accept,
     ControllerFile,
     Folder,
     check_gl,
@@ -31,6 +32,7 @@ def report(
     tasks: Annotated[
         str, typer.Option(help="Tasks to grasp: planned, all, none, or names with commas between.")
     ] = "planned",
+    accept: Accept = None,
 ) -> None:
     """Write one self-contained page: data, subspace, learning, proof, scores, grasps on video.
 
@@ -43,7 +45,8 @@ def report(
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.viewing.opengl.backend import choose_backend
 
-    learned, recordings = controller_or_built_in(controller), recordings_or_built_in(folder)
+    learned = controller_or_built_in(controller)
+    recordings = recordings_or_built_in(folder, accept, learned)
     choose_backend()
     grasps = _grasps(controller, tasks)
 

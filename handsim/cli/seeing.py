@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from handsim.cli.console import (
+    Accept,
     ControllerFile,
     Folder,
     check_gl,
@@ -57,6 +58,7 @@ def figures(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures.")],
     controller: ControllerFile = None,
     folder: Folder = None,
+    accept: Accept = None,
 ) -> None:
     """Draw the counterparts of the paper's figures, each as PNG and SVG."""
     check_gl(draws=True)
@@ -64,7 +66,8 @@ def figures(
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.viewing.opengl.backend import choose_backend
 
-    learned, recordings = controller_or_built_in(controller), recordings_or_built_in(folder)
+    learned = controller_or_built_in(controller)
+    recordings = recordings_or_built_in(folder, accept, learned)
     choose_backend()
 
     from handsim.viewing.figures.paper_figures import make_figures

@@ -73,6 +73,9 @@ class GraspController:
     options
         All options and the seed of the learner (`options`). Files of earlier versions do not hold
         them all; those that are missing had their default values.
+    accepted
+        Kinds of anomalies of the recordings that whoever learned it said are right all the same
+        (`handsim.recordings.plausibility.KINDS`).
     """
 
     subspace: PostureSubspace
@@ -81,6 +84,7 @@ class GraspController:
     method: str = "direction"
     certified: bool = False
     options: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    accepted: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
         """Whether both do the same."""
@@ -258,6 +262,7 @@ class GraspController:
                 method=metadata["method"],
                 certified=bool(metadata["certified"]),
                 options=stored_options(metadata),
+                accepted=tuple(map(str, metadata.get("accepted", ()))),
             )
         except InputError as error:
             raise FileError(f"{path}: {error}") from error
@@ -294,6 +299,8 @@ class GraspController:
             "options": dict(self.options),
             "demonstrations": records,
         }
+        if self.accepted:
+            metadata["accepted"] = list(self.accepted)
         metric = self.navigation.metric
         if metric:
             metadata["metric_reach"] = metric.reach

@@ -1,6 +1,7 @@
 """From recordings to a controller, in one call."""
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, cast
@@ -21,6 +22,7 @@ from handsim.learning.options import (
 )
 from handsim.learning.pde.learner import PDELearner
 from handsim.learning.subspace import PostureSubspace
+from handsim.recordings.plausibility import PlausibilityWarning, check_plausible, lines_of
 from handsim.recordings.recording import RecordingSet
 from handsim.result import Result, in_lines, plain
 from handsim.types import Progress
@@ -62,6 +64,7 @@ def learn_controller(
     progress: Progress | None = None,
     *,
     options: Mapping[str, Any] | None = None,
+    accept: Collection[str] = (),
 ) -> Learned:
     """Learn subspace and navigation function from recordings.
 
@@ -83,21 +86,44 @@ def learn_controller(
     options
         Further options of the learner (`DirectionLearner`, `PDELearner`), by name. They take
         precedence over ``k``, ``certified`` and ``seed``.
+    accept
+        Kinds of anomalies of the recordings that are right all the same
+        (`handsim.recordings.plausibility.KINDS`); the controller keeps them.
 
     Raises
     ------
+    ImplausibleError
+        If the recordings cannot be what they say, such as degrees or seconds.
     InputError
         If the recordings vary too little, a parameter is out of its range, or both a learner and
         options are given.
     UnknownNameError
-        If there is no such method.
+        If there is no such method or kind of anomaly.
+
+    Warns
+    -----
+    PlausibilityWarning
+        If something about the recordings is unlikely to be right.
     """
+    for line in lines_of(check_plausible(recordings, accept)):
+        warnings.warn(line, PlausibilityWarning, stacklevel=2)
     if isinstance(method, str):
         learner = _asked_for(method, k, certified, seed, options or {})
     else:
         learner = method
         if k is not None or certified or seed or options:
             raise InputError(f"options beside {learner!r}; give them to the learner itself")
+    return _learned(recordings, n_components, learner, tuple(sorted(accept)), progress)
+
+
+def _learned(
+    recordings: RecordingSet,
+    n_components: int,
+    learner: Learner,
+    accepted: tuple[str, ...],
+    progress: Progress | None = None,
+) -> Learned:
+    """Fit subspace and learner to recordings that have been checked."""
     kept = options_of(learner)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     paths = [subspace.transform(r.q) for r in recordings]
@@ -111,6 +137,7 @@ def learn_controller(
         method=method_of(learner),
         certified=bool(getattr(learner, "certified", False)),
         options=kept,
+        accepted=accepted,
     )
     summary = {
         "method": controller.method,
@@ -155,14 +182,16 @@ def learn_like(
             raise InputError(f"{learner!r} is not of method {method}; give a learner of that class")
         from sklearn.base import clone
 
-        return learn_controller(recordings, n, cast(Learner, clone(learner))).controller
-    if is_foreign(method):
+        copy = cast(Learner, clone(learner))
+    elif is_foreign(method):
         raise InputError(
             f"the controller was learned by {method}, which is not part of handsim; give "
             "learn_like such a learner"
         )
-    named = cast(Method, method)
-    return learn_controller(recordings, n, named, options=learned.options).controller
+    else:
+        copy = learner_with(cast(Method, method), learned.options)
+    check_plausible(recordings, learned.accepted)  # its warnings were said the first time
+    return _learned(recordings, n, copy, learned.accepted).controller
 
 
 def _asked_for(

@@ -112,10 +112,7 @@ def write_recordings(recordings: RecordingSet, folder: Path) -> None:
         If the parent folder is missing, or ``folder`` exists and holds anything but recordings.
     """
     folder = Path(folder)
-    if not folder.parent.is_dir():
-        raise FileError(f"{folder}: folder '{folder.parent}' does not exist; create it first")
-    if folder.exists():
-        _check_replaceable(folder)
+    check_folder_target(folder)
     with naming(folder):
         scratch = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
     try:
@@ -129,6 +126,20 @@ def write_recordings(recordings: RecordingSet, folder: Path) -> None:
             _swap(fresh, folder, scratch / "old")
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def check_folder_target(folder: Path) -> None:
+    """Check that recordings could be written to a folder, before any work is done for them.
+
+    Raises
+    ------
+    FileError
+        As `write_recordings`.
+    """
+    if not folder.parent.is_dir():
+        raise FileError(f"{folder}: folder '{folder.parent}' does not exist; create it first")
+    if folder.exists():
+        _check_replaceable(folder)
 
 
 def _swap(fresh: Path, folder: Path, aside: Path) -> None:

@@ -1,4 +1,4 @@
-"""From a raw glove stream to the reach-to-grasp phase, and what a set of recordings holds.
+"""From a raw glove stream to the reach-to-grasp phase.
 
 The rule, measured on published reach-to-grasp data: resample at 100 Hz, low-pass at 3 Hz
 without phase lag, take the speed of the whole hand (the Euclidean norm over the joints); the
@@ -7,14 +7,11 @@ been passed, where it falls under 15 % while the posture is farther from the sta
 largest distance reached.
 """
 
-from typing import Any
-
 import numpy as np
 from scipy import signal
 
 from handsim.errors import InputError
-from handsim.joints import JOINT_NAMES, LOWER, UPPER
-from handsim.recordings.recording import MIN_FRAMES, RecordingSet
+from handsim.recordings.recording import MIN_FRAMES
 from handsim.types import Array
 
 RATE = 100.0
@@ -106,55 +103,3 @@ def cut_reach_to_grasp(time: Array, q: Array) -> tuple[Array, Array]:
     filtered = low_pass(uniform)
     phase = filtered[reach_to_grasp(filtered)]
     return np.arange(len(phase)) / RATE, phase
-
-
-def summarise(recordings: RecordingSet) -> dict[str, Any]:
-    """Summarise a set for ``recordings info``.
-
-    Returns
-    -------
-    dict
-        ``n_recordings``, ``n_frames``, ``subjects``, ``objects`` and ``tasks`` (name to count),
-        ``duration_s`` and ``rate_hz`` (least, median, greatest), ``hand_sizes_m`` (the different
-        pairs of length and breadth), ``n_frames_out_of_range`` and ``out_of_range`` (joint to
-        frames outside its range and to the extreme angles [deg]).
-    """
-    q = np.vstack([recording.q for recording in recordings])
-    outside = (q < LOWER) | (q > UPPER)
-    joints = {
-        name: {
-            "n_frames": int(outside[:, j].sum()),
-            "least_deg": round(float(np.rad2deg(q[:, j].min())), 2),
-            "greatest_deg": round(float(np.rad2deg(q[:, j].max())), 2),
-        }
-        for j, name in enumerate(JOINT_NAMES)
-        if outside[:, j].any()
-    }
-    return {
-        "n_recordings": len(recordings),
-        "n_frames": len(q),
-        "subjects": _counts([r.subject for r in recordings]),
-        "objects": _counts([r.object for r in recordings]),
-        "tasks": _counts([r.task for r in recordings]),
-        "duration_s": _spread([r.duration for r in recordings]),
-        "rate_hz": _spread([(len(r.time) - 1) / r.duration for r in recordings]),
-        "hand_sizes_m": [list(size) for size in _hand_sizes(recordings)],
-        "n_frames_out_of_range": int(outside.any(axis=1).sum()),
-        "out_of_range": joints,
-    }
-
-
-def _hand_sizes(recordings: RecordingSet) -> list[tuple[float, float]]:
-    return sorted({(r.hand.length, r.hand.breadth) for r in recordings})
-
-
-def _counts(names: list[str]) -> dict[str, int]:
-    return {name: names.count(name) for name in dict.fromkeys(names)}
-
-
-def _spread(values: list[float]) -> dict[str, float]:
-    return {
-        "least": round(min(values), 3),
-        "median": round(float(np.median(values)), 3),
-        "greatest": round(max(values), 3),
-    }

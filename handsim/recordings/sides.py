@@ -10,14 +10,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, LOWER, UPPER
-from handsim.types import Array, Index, Mask
+from handsim.types import Array, Index
 
 MIRRORED_JOINTS = tuple(name for name in JOINT_NAMES if name.endswith(("_abduction", "_deviation")))
 """Joints whose sign the mirror turns around where it is that of the other hand."""
 _COLUMNS: Index = np.array([JOINT_INDEX[name] for name in MIRRORED_JOINTS])
 _ABDUCTIONS = _COLUMNS[:-1]
-MIN_EVIDENCE = np.deg2rad(4.0)
-"""Mean angle outside the ranges of the abductions from which signs are judged [rad]."""
+START = np.deg2rad(-3.0)
+"""Thumb abduction at the start, on the average, below which signs are judged [rad]."""
+EVIDENCE = 1.5
+"""How much farther the abductions leave their ranges as given than turned around."""
 
 
 def mirrored(q: Array) -> Array:
@@ -35,22 +37,23 @@ def mirrored(q: Array) -> Array:
 def looks_mirrored(postures: Sequence[Array]) -> bool:
     """Whether abductions have the sign of the other hand's glove.
 
-    They do if, on the average over frames, they leave the joint ranges by more than `MIN_EVIDENCE`
-    in all, turning them around leaves a third of that at most, and the thumb and most fingers are
-    spread negatively on the average. The ranges are lopsided: a thumb opens by 65 deg and closes by
-    5.
+    People reach with the thumb open and the fingers spread or straight, and converge them around
+    the object. Signs are those of the other hand if at the start, on the average, the thumb is
+    below `START` and at least two of the three fingers are spread negatively, and if over all
+    frames the abductions leave their lopsided ranges (a thumb opens by 65 deg and closes by 5) by
+    `EVIDENCE` times what they do turned around.
 
     Parameters
     ----------
     postures
         Of recordings of one hand, (n, 22) [rad] each.
     """
+    start = np.mean([each[0, _ABDUCTIONS] for each in postures], axis=0)
+    if start[0] > START or (start < 0).sum() < 3:
+        return False
     q = np.vstack([each[:, _ABDUCTIONS] for each in postures])
     lower, upper = LOWER[_ABDUCTIONS], UPPER[_ABDUCTIONS]
-    as_given, turned = _outside(q, lower, upper), _outside(-q, lower, upper)
-    negative: Mask = q.mean(axis=0) < 0
-    spread = bool(negative[0]) and int(negative.sum()) >= 3
-    return bool(as_given > MIN_EVIDENCE and turned < as_given / 3 and spread)
+    return _outside(q, lower, upper) > EVIDENCE * _outside(-q, lower, upper)
 
 
 def _outside(q: Array, lower: Array, upper: Array) -> float:

@@ -17,6 +17,7 @@ from handsim.navigation.bspline import TensorBSpline
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
+from handsim.recordings.plausibility import ImplausibleError
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import HandSize
 
@@ -248,8 +249,10 @@ def test_what_cannot_be_learned(recordings: RecordingSet) -> None:
     frozen = Recording(
         "a", still.time, np.tile(still.q[0], (80, 1)), 1, "", "", "", HandSize(0.19, 0.085)
     )
-    with pytest.raises(InputError, match="vary in 0 directions"):
+    with pytest.raises(ImplausibleError, match="does not reach for anything"):
         learn_controller(RecordingSet((frozen,)))
+    with pytest.raises(InputError, match="vary in 0 directions"):
+        learn_controller(RecordingSet((frozen,)), accept=("small", "constant"))
 
 
 def test_identical_recordings_are_learned_as_one(recordings: RecordingSet) -> None:

@@ -98,7 +98,7 @@ def test_other_bad_files(csv: Path, tmp_path: Path) -> None:
         csv.write_text(text)
         with pytest.raises(FileError, match=word):
             read_postures(csv)
-    csv.write_bytes(b"\xff\xfe\x00\x01")
+    csv.write_bytes(b"time_s\x00\x01\x02")
     with pytest.raises(FileError, match="text"):
         read_postures(csv)
     with pytest.raises(FileError, match="no such file"):

@@ -4,17 +4,14 @@ import numpy as np
 import pytest
 
 from handsim.errors import InputError
-from handsim.joints import N_JOINTS, UPPER
+from handsim.joints import N_JOINTS
 from handsim.recordings.phases import (
     cut_reach_to_grasp,
     hand_speed,
     low_pass,
     reach_to_grasp,
     resample,
-    summarise,
 )
-from handsim.recordings.recording import Recording, RecordingSet
-from handsim.types import HandSize
 
 
 def reach(start: float, duration: float, total: float, rate: float = 100.0) -> np.ndarray:
@@ -76,20 +73,3 @@ def test_no_movement_and_too_short_a_movement() -> None:
         reach_to_grasp(np.ones((50, N_JOINTS)))
     with pytest.raises(InputError, match="frames"):
         reach_to_grasp(reach(0.1, 0.05, 1.0))
-
-
-def test_summary_counts_what_leaves_the_ranges() -> None:
-    q = np.tile(np.full(N_JOINTS, 0.05), (20, 1))
-    q[:5, 5] = UPPER[5] + 0.1
-    one = Recording("a", np.arange(20) / 50, q, 1, "s", "cube", "cube-raise", HandSize(0.19, 0.085))
-    two = Recording(
-        "b", np.arange(20) / 50, q[5:].repeat(2, 0)[:20], 2, "s", "jar", "t", HandSize(0.2, 0.09)
-    )
-    found = summarise(RecordingSet((one, two)))
-    assert found["n_recordings"] == 2 and found["n_frames"] == 40
-    assert found["objects"] == {"cube": 1, "jar": 1}
-    assert found["rate_hz"]["median"] == pytest.approx(50)
-    assert found["hand_sizes_m"] == [[0.19, 0.085], [0.2, 0.09]]
-    assert found["n_frames_out_of_range"] == 5
-    assert list(found["out_of_range"]) == ["index_pip"]
-    assert found["out_of_range"]["index_pip"]["n_frames"] == 5
