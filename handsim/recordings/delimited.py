@@ -152,7 +152,7 @@ def is_missing(cell: str) -> bool:
     return cell.strip().lower() in _EMPTY
 
 
-def read_table(path: Path, *, header: bool = True) -> Table:
+def read_table(path: Path, *, header: bool = True, words: bool = False) -> Table:
     """Read a text table.
 
     Parameters
@@ -160,6 +160,8 @@ def read_table(path: Path, *, header: bool = True) -> Table:
     path
     header
         Whether the table must have a row of names.
+    words
+        Whether its cells are words, so that the first row is that of names.
 
     Raises
     ------
@@ -172,7 +174,7 @@ def read_table(path: Path, *, header: bool = True) -> Table:
     if not kept:
         raise FileError(f"{path}: is empty; its first row must name the columns")
     separator = _separator([line for _, line in kept])
-    first = _first_row(kept, separator)
+    first = 1 if words else _first_row(kept, separator)
     names, units, header_line = _header(kept[:first], separator)
     if header and not names:
         raise FileError(

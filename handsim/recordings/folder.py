@@ -78,7 +78,7 @@ def read_recordings(
     index = folder / INDEX_FILE
     if not index.is_file():
         raise FileError(f"{folder}: holds no {INDEX_FILE}; it is no folder of recordings")
-    table = read_table(index)
+    table = read_table(index, words=True)
     for column in dict.fromkeys((*INDEX_COLUMNS, *table.header)):
         if table.header.count(column) != 1:
             found = "twice" if column in table.header else "missing"

@@ -29,6 +29,7 @@ def bridge(time: Array, values: Array, longest: float) -> tuple[Array, Mask]:
         Which were filled.
     """
     filled = np.array(values, dtype=float)
+    longest *= 1 + 1e-9  # times are differences of rounded numbers
     for column in filled.T:
         known = np.flatnonzero(np.isfinite(column))
         if known.size < 2 or known.size == len(column):
@@ -41,7 +42,7 @@ def bridge(time: Array, values: Array, longest: float) -> tuple[Array, Mask]:
                 end = time[0] if before < 0 else time[-1]
                 if abs(time[inside] - end) <= longest:
                     column[start:stop] = column[inside]
-            elif time[after] - time[before] <= longest * (1 + 1e-9):
+            elif time[after] - time[before] <= longest:
                 column[start:stop] = curve(time[start:stop])
     return filled, np.isfinite(filled) & ~np.isfinite(values)
 

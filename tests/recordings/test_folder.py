@@ -1,5 +1,7 @@
 """Recordings and their CSV files: round trips, and every rejection with file, row and column."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_NAMES, N_JOINTS
 from handsim.recordings.folder import read_recordings, write_recordings
-from handsim.recordings.posture_file import read_postures, write_postures
+from handsim.recordings.posture_file import read_posture_table, read_postures, write_postures
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import HandSize
 
@@ -176,3 +178,119 @@ def test_recordings_are_checked_and_read_only() -> None:
         RecordingSet(())
     with pytest.raises(InputError, match="two recordings"):
         RecordingSet((good, good))
+
+
+def test_channels_session_extra_columns_and_notes_come_back(tmp_path: Path) -> None:
+    one = recording("a")
+    channel = np.linspace(0, 1, len(one.time))
+    channel[3] = np.nan
+    written = replace(
+        one,
+        hand=HandSize(0.18, 0.08, "left"),
+        session="tuesday, morning",
+        channels={"palm_x_m": channel, "label": np.ones(len(one.time))},
+        extra={"rate_hz": "100", "lab": "a, b"},
+        notes=("bridged 4 frames of index_mcp", "cut"),
+    )
+    write_recordings(RecordingSet((written, recording("b", seed=3))), tmp_path / "R")
+    header = (tmp_path / "R" / "a.csv").read_text().splitlines()[0]
+    assert header.endswith(",channel:palm_x_m,channel:label")
+    read = read_recordings(tmp_path / "R")
+    for name in ("session", "extra", "notes", "hand"):
+        assert getattr(read[0], name) == getattr(written, name)
+    np.testing.assert_allclose(read[0].channels["palm_x_m"], channel, atol=1e-6)
+    assert set(read[0].channels) == {"palm_x_m", "label"}
+    assert read[1].session == "" and read[1].notes == () and not read[1].channels
+    assert read[1].extra == {"rate_hz": "", "lab": ""}
+
+
+def test_a_folder_of_before_is_read_as_of_right_hands(tmp_path: Path) -> None:
+    write_recordings(RecordingSet((recording("a"),)), tmp_path / "R")
+    index = tmp_path / "R" / "experiments.csv"
+    lines = [line.rpartition(",")[0] for line in index.read_text().splitlines()]
+    index.write_text("\n".join(lines))
+    assert "side" not in index.read_text()
+    assert read_recordings(tmp_path / "R")[0].hand.side == "right"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda lines: ["", "", *lines], None),
+        (lambda lines: ["# a glove, 90 Hz", *lines], None),
+        (lambda lines: [line.replace(",", "\t") for line in lines], "separated by tab"),
+        (
+            lambda lines: [line.replace(",", ";").replace(".", ",") for line in lines],
+            "separated by semicolon and with decimal commas",
+        ),
+        (lambda lines: [lines[0], ",".join(["s", *22 * ["deg"]]), *lines[1:]], None),
+    ],
+)
+def test_tables_of_other_countries_are_read(
+    csv: Path, tmp_path: Path, change: Callable[[list[str]], list[str]], said: str | None
+) -> None:
+    time, q = read_postures(csv)
+    changed = tmp_path / "changed.csv"
+    for encoding in ("utf-8", "utf-8-sig", "utf-16"):
+        text = "\r\n".join(change(csv.read_text().splitlines()))
+        changed.write_bytes(text.encode(encoding))
+        again, q_again = read_postures(changed)
+        np.testing.assert_array_equal(again, time)
+        np.testing.assert_array_equal(q_again, q)
+    assert read_posture_table(changed).notes == (() if said is None else (f"changed.csv: {said}",))
+
+
+def test_rows_are_counted_as_in_the_file(csv: Path) -> None:
+    lines = csv.read_text().splitlines()
+    lines[5] = lines[5].replace(",", ",x", 1)
+    csv.write_text("\n".join(["# a", "", lines[0], "", *lines[1:]]))
+    with pytest.raises(FileError, match="row 9, column thumb_rotation_deg: 'x"):
+        read_postures(csv)
+
+
+def test_units_in_the_row_under_the_header_must_be_those_of_the_header(csv: Path) -> None:
+    header, *rows = csv.read_text().splitlines()
+    csv.write_text("\n".join([header, ",".join(["s", *22 * ["rad"]]), *rows]))
+    with pytest.raises(FileError, match="row 2, column thumb_rotation_deg: unit 'rad'"):
+        read_postures(csv)
+    csv.write_text("\n".join([header, ",".join(["ms", *22 * ["deg"]]), *rows]))
+    with pytest.raises(FileError, match="column time_s: unit 'ms'"):
+        read_postures(csv)
+
+
+def test_a_glove_without_distal_sensors_is_filled(csv: Path) -> None:
+    _, q = read_postures(csv)
+    header, *rows = (line.split(",") for line in csv.read_text().splitlines())
+    kept = [i for i, name in enumerate(header) if not name.endswith("_dip_deg")]
+    csv.write_text("\n".join(",".join(row[i] for i in kept) for row in [header, *rows]))
+    content = read_posture_table(csv)
+    index_pip, index_dip = (JOINT_NAMES.index(f"index_{name}") for name in ("pip", "dip"))
+    np.testing.assert_allclose(content.angles[:, index_dip], 0.67 * np.rad2deg(q[:, index_pip]))
+    assert "index_dip, middle_dip, ring_dip, little_dip filled as 0.67" in content.notes[0]
+    # One of them alone missing is a mistake.
+    csv.write_text("\n".join(",".join(row[i] for i in range(22)) for row in [header, *rows]))
+    with pytest.raises(FileError, match="wrist_deviation_deg is missing"):
+        read_postures(csv)
+
+
+def test_short_gaps_are_bridged_where_it_is_asked(tmp_path: Path) -> None:
+    write_recordings(RecordingSet((recording("a", n=30),)), tmp_path / "R")
+    path = tmp_path / "R" / "a.csv"
+    for row in (10, 11, 12):
+        edit(path, row, "index_mcp_deg", "")
+    with pytest.raises(FileError, match=r"row 10, column index_mcp_deg: '' is not.*--bridge"):
+        read_recordings(tmp_path / "R")
+    with pytest.raises(FileError, match="row 10"):
+        read_recordings(tmp_path / "R", bridge_s=0.03)
+    read = read_recordings(tmp_path / "R", bridge_s=0.04)[0]
+    assert read.notes == ("bridged 3 frames of index_mcp",)
+    between = recording("a", n=30).q[[8, 12], JOINT_NAMES.index("index_mcp")]
+    inside = read.q[8:11, JOINT_NAMES.index("index_mcp")]
+    assert (between.min() - 1e-9 <= inside).all() and (inside <= between.max() + 1e-9).all()
+
+
+def test_reading_shows_how_far_it_is(tmp_path: Path) -> None:
+    write_recordings(RecordingSet((recording("a"), recording("b"))), tmp_path / "R")
+    told: list[float] = []
+    read_recordings(tmp_path / "R", told.append)
+    assert told == [0.5, 1.0]
