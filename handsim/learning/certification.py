@@ -105,7 +105,7 @@ def certify(
         k_min=proof.k_min,
         certified=proof.certified,
         reason=proof.reason,
-        supremum=None if proof.supremum is None else proof.supremum.upper,
+        supremum=None if proof.supremum is None else proof.supremum.outward,
         n_minima=counts["minimum"],
         n_saddles=counts["saddle"],
         n_maxima=counts["maximum"],

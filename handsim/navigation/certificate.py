@@ -5,12 +5,19 @@ metric gamma_d is, since (z - z_goal) . grad(ln gamma_d) = 2 for any. If that ho
 workspace, |z - z_goal|^2 is a strict Lyapunov function: z_goal is the only critical point and every
 start converges. The condition is sufficient, not necessary.
 
+That excludes critical points inside. Starts arrive if no path leaves the workspace, too. The
+closing factor sees to it where there is one, in any metric. Where beta is a spline itself, the flow
+points inwards on a face with outer normal e if e . grad beta |z - z_goal|^2 <= 2 k beta
+e . (z - z_goal) on it, which gives a second least exponent. That holds without a metric of
+destinations alone: in another one M (z - z_goal) may point outwards.
+
 The bound. For a spline f and a fixed destination, (z - z_goal) . grad f is on every knot cell
 a polynomial of the degree of f, so it lies between the least and the greatest of its Bernstein
 coefficients; it is affine in z_goal, so a box of destinations is worst at a corner. Cells are
 split in halves where the bound is not yet decided, which sharpens it quadratically; coefficients
-at the corners of a cell are values of the polynomial, so they refute. Rounding is of the order
-of 1e-13 of the coefficients, and a margin of 1e-9 is kept.
+at the corners of a cell are values of the polynomial, so they refute. Bounds are rounded outward
+by what the sums can be off (`_rounding_of`), and a margin of 1e-9 is kept on top. Coefficients,
+goals or exponents that are not finite prove nothing.
 
 beta = beta_0 exp(k chi): k drops out of the condition, (z - z_goal) . grad chi < 2, and the
 closing factor only helps, (z - z_goal) . grad(ln beta_0) <= 0, for destinations inside the
@@ -19,15 +26,14 @@ k_min = sup (z - z_goal) . grad beta / (2 beta), the number whose existence the 
 """
 
 from dataclasses import dataclass
-from math import comb
 
 import numpy as np
 
+from handsim.navigation._bernstein import Cells, corner_index
 from handsim.navigation.bspline import TensorBSpline
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle, SplineObstacle
-from handsim.reproducible import product, total
-from handsim.types import Array, Index, Mask
+from handsim.types import Array, Mask
 
 _ROUNDING = 1e-9
 _MAX_CELLS = 200_000  # undecided at once; beyond, the bound is returned as far as it got
@@ -43,11 +49,19 @@ class Bound:
     lower, upper
         The supremum lies between them; ``lower`` is attained at ``where``.
     where : (n,) [rad]
+    rounding
+        What the rounding of sums may have changed in either.
     """
 
     lower: float
     upper: float
     where: Array
+    rounding: float
+
+    @property
+    def outward(self) -> float:
+        """The upper end, rounded outward: what a proof may lean on."""
+        return self.upper + self.rounding
 
 
 @dataclass(frozen=True)
@@ -87,18 +101,36 @@ def certify(navigation: NavigationFunction, goals: Array, tolerance: float = 1e-
     """
     low, high = np.min(goals, axis=0), np.max(goals, axis=0)
     obstacle = navigation.obstacle
+    if not _is_finite(navigation, goals):
+        return Certificate(False, None, None, "a coefficient or a destination is not finite")
     if isinstance(obstacle, ExponentialObstacle):
         inner = (low >= obstacle.lower + obstacle.width) & (high <= obstacle.upper - obstacle.width)
         if not inner.all():
             return Certificate(False, None, None, "a destination lies in the closing layer")
         bound = descent_supremum(obstacle.chi, low, high, tolerance)
-        certified = bound.upper < 2.0 - _ROUNDING
-        extent = f"is at most {bound.upper:.4f}" if certified else f"reaches {bound.lower:.4f}"
+        certified = bound.outward < 2.0 - _ROUNDING
+        extent = f"is at most {bound.outward:.4f}" if certified else f"reaches {bound.lower:.4f}"
         worst = f"(z - z_goal) . grad chi {extent}, the limit is 2"
         return Certificate(certified, 2.0 if certified else None, bound, worst)
     if isinstance(obstacle, SplineObstacle):
+        if navigation.metric is not None:
+            nothing = "no proof is known for beta as a spline with a metric of destinations"
+            return Certificate(False, None, None, nothing)
         return _certify_spline(obstacle.beta, navigation.k, low, high, tolerance)
     return Certificate(False, None, None, "no proof is known for this kind of obstacle")
+
+
+def _is_finite(navigation: NavigationFunction, goals: Array) -> bool:
+    """Whether all numbers that the proof is about are numbers."""
+    obstacle, metric = navigation.obstacle, navigation.metric
+    held: list[Array] = [goals, np.array(navigation.k)]
+    if isinstance(obstacle, ExponentialObstacle):
+        held += [obstacle.chi.coefficients, obstacle.width]
+    elif isinstance(obstacle, SplineObstacle):
+        held += [obstacle.beta.coefficients]
+    if metric is not None:
+        held += [metric.centres, metric.logs]
+    return all(np.isfinite(each).all() for each in held)
 
 
 def descent_supremum(chi: TensorBSpline, low: Array, high: Array, tolerance: float = 1e-3) -> Bound:
@@ -112,12 +144,12 @@ def descent_supremum(chi: TensorBSpline, low: Array, high: Array, tolerance: flo
     tolerance
         Width of the bracket aimed at.
     """
-    cells = _Cells.of(chi)
+    cells = Cells.of(chi)
     best, where = -np.inf, cells.origin[0]
     decided = -np.inf  # greatest upper bound among cells already set aside
     while True:
         coefficients = _descent_coefficients(cells, low, high)
-        corners = coefficients[_corner_index(coefficients)].reshape(len(coefficients), -1)
+        corners = coefficients[corner_index(coefficients)].reshape(len(coefficients), -1)
         top = np.unravel_index(np.argmax(corners), corners.shape)
         if corners[top] > best:
             best = float(corners[top])
@@ -125,10 +157,11 @@ def descent_supremum(chi: TensorBSpline, low: Array, high: Array, tolerance: flo
         upper = coefficients.reshape(len(coefficients), -1).max(axis=1)
         undecided = upper > best + tolerance
         decided = max(decided, float(upper[~undecided].max(initial=-np.inf)))
+        off = float(_rounding_of(cells, low, high).max())
         if not undecided.any():
-            return Bound(best, max(decided, best), where)
+            return Bound(best, max(decided, best), where, off)
         if _spent(cells, undecided):
-            return Bound(best, max(decided, float(upper.max())), where)
+            return Bound(best, max(decided, float(upper.max())), where, off)
         cells = cells.take(undecided).halved()
 
 
@@ -140,7 +173,7 @@ def violations(
     They are the places of the Bernstein coefficients above the limit, the largest first, on cells
     halved once: where a fit under that limit has to be held.
     """
-    cells = _Cells.of(chi).halved()
+    cells = Cells.of(chi).halved()
     coefficients = _descent_coefficients(cells, low, high)
     above = np.argwhere(coefficients > limit)
     largest = np.argsort(-coefficients[tuple(above.T)], kind="stable")[:most]
@@ -152,16 +185,16 @@ def _certify_spline(
     beta: TensorBSpline, k: float, low: Array, high: Array, tolerance: float
 ) -> Certificate:
     """Bracket sup (z - z_goal) . grad beta / (2 beta) by splitting cells, best first by level."""
-    cells = _Cells.of(beta)
+    cells = Cells.of(beta)
     best, where, decided = -np.inf, cells.origin[0], -np.inf
     while True:
         value = cells.coefficients.reshape(len(cells.origin), -1)
-        at_corners = cells.coefficients[_corner_index(cells.coefficients)]
+        at_corners = cells.coefficients[corner_index(cells.coefficients)]
         at_corners = at_corners.reshape(len(value), -1)
         if at_corners.min() <= 0.0:
             return Certificate(False, None, None, "beta is not positive in the whole workspace")
         slope = _descent_coefficients(cells, low, high)
-        corners = slope[_corner_index(slope)].reshape(len(slope), -1) / (2.0 * at_corners)
+        corners = slope[corner_index(slope)].reshape(len(slope), -1) / (2.0 * at_corners)
         top = np.unravel_index(np.argmax(corners), corners.shape)
         if corners[top] > best:
             best = float(corners[top])
@@ -174,9 +207,54 @@ def _certify_spline(
         if _spent(cells, undecided):
             return Certificate(False, None, None, "the bound is not decided within its budget")
         cells = cells.take(undecided).halved()
-    bound = Bound(best, max(decided, best), where)
-    k_min = max(2.0, bound.upper + _ROUNDING)
+    least = 2.0 * cells.coefficients.reshape(len(cells.origin), -1).min(axis=1)
+    off = float((_rounding_of(cells, low, high) / least).max())
+    bound = Bound(best, max(decided, best), where, off)
+    leaving = _greatest_on_faces(Cells.of(beta), low, high)
+    k_min = max(2.0, bound.outward + _ROUNDING, leaving + _ROUNDING)
+    if not np.isfinite(k_min):
+        return Certificate(False, None, bound, "paths may leave the workspace, whatever k")
     return Certificate(k >= k_min, k_min, bound, f"k = {k:g}, and {k_min:.4f} is enough")
+
+
+def _greatest_on_faces(cells: Cells, low: Array, high: Array) -> float:
+    """Upper bound of e . grad beta |z - z_goal|^2 / (2 beta e . (z - z_goal)) on all faces."""
+    n, degree = cells.origin.shape[1], cells.coefficients.shape[1] - 1
+    lower, upper = cells.origin.min(axis=0), (cells.origin + cells.size).max(axis=0)
+    greatest = 0.0
+    for i in range(n):
+        for outward in (-1, 1):
+            face = lower[i] if outward < 0 else upper[i]
+            nearest = low[i] - face if outward < 0 else face - high[i]
+            if nearest <= 0:
+                return np.inf  # a destination on the face
+            edge = cells.origin[:, i] if outward < 0 else cells.origin[:, i] + cells.size[:, i]
+            own = cells.take(edge == face)
+            ends = np.moveaxis(own.coefficients, i + 1, -1)
+            ends = ends[..., :2] if outward < 0 else ends[..., -2:]
+            beta = ends[..., 0 if outward < 0 else 1].reshape(len(own.origin), -1)
+            slope = outward * degree * np.diff(ends, axis=-1).reshape(len(beta), -1)
+            slope = slope / own.size[:, i, None]
+            far = np.maximum(np.abs(own.origin - high), np.abs(own.origin + own.size - low))
+            far = np.maximum(far, np.maximum(own.origin + own.size - low, high - own.origin))
+            reach = (far**2).sum(axis=1, keepdims=True) / nearest
+            rising = np.maximum(slope, 0.0)
+            greatest = max(greatest, float(_greatest_ratio(rising * reach, 2.0 * beta).max()))
+    return greatest * (1 + 1e-12)
+
+
+def _rounding_of(cells: Cells, low: Array, high: Array) -> Array:
+    """Bounds (N,) of what rounding may have changed in the descent quantity on cells.
+
+    A coefficient is a sum of a few dozen products, each off by a rounding of the largest; its
+    differences are divided by the size of the cell and multiplied with distances to destinations.
+    """
+    degree = cells.coefficients.shape[1] - 1
+    extent = np.maximum(np.abs(cells.origin - high), np.abs(cells.origin + cells.size - low))
+    largest = np.abs(cells.coefficients).reshape(len(extent), -1).max(axis=1)
+    slopes = 2.0 * degree * largest[:, None] * extent / cells.size
+    n_sums = 4 * (degree + 1) ** 2 * len(low)
+    return n_sums * np.finfo(float).eps * slopes.sum(axis=1)
 
 
 def _greatest_ratio(numerator: Array, denominator: Array) -> Array:
@@ -187,71 +265,13 @@ def _greatest_ratio(numerator: Array, denominator: Array) -> Array:
     return np.where(least > 0.0, most / np.where(least > 0.0, divisor, 1.0), np.inf)
 
 
-def _spent(cells: "_Cells", undecided: Mask) -> bool:
+def _spent(cells: Cells, undecided: Mask) -> bool:
     """Whether another round would pass the budget, or cells are too small to matter."""
     children = int(undecided.sum()) * 2 ** cells.origin.shape[1]
     return children > _MAX_CELLS or bool(cells.size.max() < _SMALLEST)
 
 
-@dataclass(frozen=True)
-class _Cells:
-    """A spline on boxes, in Bernstein form.
-
-    origin, size : (N, n); coefficients : (N, degree + 1, ..., degree + 1)
-    """
-
-    origin: Array
-    size: Array
-    coefficients: Array
-
-    @classmethod
-    def of(cls, spline: TensorBSpline) -> "_Cells":
-        """One box a knot cell."""
-        n, degree = spline.coefficients.ndim, spline.basis.degree
-        c = spline.coefficients
-        for r, axis in enumerate(spline.basis.axes):
-            size = np.diff(axis.breaks)
-            # Power coefficients in t = x - break, then in u = t / size, then Bernstein.
-            powers = axis.pieces[:, :, 0] * size[:, None, None] ** np.arange(degree + 1)[:, None]
-            to_cells = product(_power_to_bernstein(degree), powers)
-            local = axis.first[:, None] + np.arange(degree + 1)
-            # Axes already done lead as pairs (cell, power); the next to do is axis 2 r.
-            gathered = np.moveaxis(np.take(c, local, axis=2 * r), (2 * r, 2 * r + 1), (0, 1))
-            extent = (slice(None), slice(None), slice(None), *(None,) * (gathered.ndim - 2))
-            summed = total(to_cells[extent] * gathered[:, None], 2)
-            c = np.moveaxis(summed, (0, 1), (2 * r, 2 * r + 1))
-        c = np.transpose(c, (*range(0, 2 * n, 2), *range(1, 2 * n, 2)))
-        c = c.reshape((-1, *(degree + 1,) * n))
-        breaks = [axis.breaks for axis in spline.basis.axes]
-        origin = np.stack(np.meshgrid(*[b[:-1] for b in breaks], indexing="ij"), -1).reshape(-1, n)
-        size = np.stack(np.meshgrid(*[np.diff(b) for b in breaks], indexing="ij"), -1)
-        return cls(origin, size.reshape(-1, n), c)
-
-    def take(self, which: Mask) -> "_Cells":
-        return _Cells(self.origin[which], self.size[which], self.coefficients[which])
-
-    def halved(self) -> "_Cells":
-        """Split every box in halves along all dimensions."""
-        origin, size, c = self.origin, self.size / 2, self.coefficients
-        left = _left_half(c.shape[1] - 1)
-        right = left[::-1, ::-1]
-        for axis in range(origin.shape[1]):
-            halves = [_along(half, c, axis + 1) for half in (left, right)]
-            c = np.concatenate(halves)
-            shift = np.zeros(origin.shape[1])
-            shift[axis] = 1.0
-            origin = np.concatenate([origin, origin + size * shift])
-            size = np.concatenate([size, size])
-        return _Cells(origin, size, c)
-
-    def corner(self, cell: int, corner: int) -> Array:
-        """Position of the corner that `_corner_index` lists at ``corner``."""
-        n = len(self.origin[0])
-        bits = (corner >> np.arange(n)[::-1]) & 1
-        return self.origin[cell] + bits * self.size[cell]
-
-
-def _descent_coefficients(cells: _Cells, low: Array, high: Array) -> Array:
+def _descent_coefficients(cells: Cells, low: Array, high: Array) -> Array:
     """Bernstein coefficients of (z - z_goal) . grad f at the worst corner z_goal for each.
 
     The derivative along one dimension has degree one less, and (z_i - z_goal_i) brings it back: the
@@ -275,27 +295,3 @@ def _descent_coefficients(cells: _Cells, low: Array, high: Array) -> Array:
             moved.append(product)
         total += np.moveaxis(np.maximum(*moved), -1, i + 1)
     return total
-
-
-def _corner_index(coefficients: Array) -> tuple[Index, ...]:
-    """Index of the coefficients at the corners of cells, last dimension fastest."""
-    degree = coefficients.shape[1] - 1
-    ends = [np.array([0, degree])] * (coefficients.ndim - 1)
-    return np.ix_(np.arange(len(coefficients)), *ends)
-
-
-def _power_to_bernstein(degree: int) -> Array:
-    """u^i = sum over j >= i of C(j, i) / C(degree, i) B_j; (degree + 1, degree + 1)."""
-    size = degree + 1
-    return np.array([[comb(j, i) / comb(degree, i) for i in range(size)] for j in range(size)])
-
-
-def _left_half(degree: int) -> Array:
-    """De Casteljau at u = 1/2: coefficients on the left half."""
-    size = degree + 1
-    return np.array([[comb(j, i) / 2**j for i in range(size)] for j in range(size)])
-
-
-def _along(matrix: Array, array: Array, axis: int) -> Array:
-    last = np.moveaxis(array, axis, -1)
-    return np.moveaxis(total(last[..., None, :] * matrix, -1), -1, axis)

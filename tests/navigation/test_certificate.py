@@ -5,10 +5,12 @@ import pytest
 from scipy.interpolate import NdBSpline
 
 from handsim.navigation import certificate
+from handsim.navigation._bernstein import Cells
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.certificate import certify, descent_supremum, violations
 from handsim.navigation.critical_points import critical_points
 from handsim.navigation.function import NavigationFunction
+from handsim.navigation.metric import DestinationMetric
 from handsim.navigation.obstacle import ExponentialObstacle, Obstacle, SplineObstacle
 
 
@@ -64,7 +66,7 @@ def test_a_spent_budget_leaves_a_true_bound(
     numbers = []
     original = certificate._descent_coefficients
 
-    def counted(cells: certificate._Cells, *box: np.ndarray) -> np.ndarray:
+    def counted(cells: Cells, *box: np.ndarray) -> np.ndarray:
         numbers.append(len(cells.origin))
         return original(cells, *box)
 
@@ -173,7 +175,7 @@ def test_the_exponent_needed_is_above_the_whole_bracket() -> None:
     coarse = certify(NavigationFunction(SplineObstacle(lifted), 9), goal, 0.5)
     for proof in (exact, coarse):
         assert proof.supremum is not None and proof.k_min is not None
-        assert proof.k_min == max(2.0, proof.supremum.upper + 1e-9)
+        assert proof.k_min == max(2.0, proof.supremum.outward + 1e-9)
     assert exact.supremum is not None and coarse.supremum is not None
     assert coarse.supremum.lower <= exact.supremum.lower + 1e-12
     assert exact.supremum.lower <= coarse.supremum.upper <= coarse.supremum.lower + 0.5 + 1e-12
@@ -330,3 +332,74 @@ def test_certified_fields_have_no_other_critical_point() -> None:
     wild = exponential(TensorBSpline(basis(2), 12 / top * chi.coefficients))
     kinds = {point.kind for point in critical_points(wild, goal, starts)}
     assert "saddle" in kinds
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("where", ["chi", "beta", "goal", "k", "metric"])
+def test_what_is_no_number_proves_nothing(value: float, where: str) -> None:
+    flat, goal, k = np.full(basis(2).shape, 0.1), np.array([[0.1, 0.2]]), 3.0
+    metric = DestinationMetric(goal, np.zeros((2, 2, 2)), 1.0)
+    if where in ("chi", "beta"):
+        flat[2, 3] = value
+    elif where == "goal":
+        goal = np.array([[0.1, value]])
+    elif where == "metric":
+        metric = DestinationMetric(metric.centres, np.full((2, 2, 2), value), 1.0)
+    chi = TensorBSpline(basis(2), flat)
+    obstacle = SplineObstacle(chi) if where == "beta" else ExponentialObstacle(chi, np.full(2, 0.2))
+    navigation = NavigationFunction(obstacle, k, None if where == "beta" else metric)
+    if where == "k":
+        object.__setattr__(navigation, "k", value)
+    proof = certify(navigation, goal)
+    assert not proof.certified and "not finite" in proof.reason
+
+
+def test_a_spline_beta_with_a_metric_is_not_certified() -> None:
+    """Its workspace is not closed, and paths that curve as the metric says leave it."""
+    metric = DestinationMetric(
+        np.zeros((1, 2)), np.stack([np.diag([0.0, 3.0]), np.zeros((2, 2))]), 1.0
+    )
+    flat = SplineObstacle(TensorBSpline(basis(2), np.full(basis(2).shape, 1.7)))
+    proof = certify(NavigationFunction(flat, 3, metric), np.array([[0.1, 0.2]]))
+    assert not proof.certified and "metric" in proof.reason
+
+
+def rising_along_a_face(height: float, face: int) -> TensorBSpline:
+    """beta that rises steeply outwards on a face of the first dimension, 0 or -1."""
+    coefficients = np.ones(basis(2).shape)
+    coefficients[face] = height
+    return TensorBSpline(basis(2), coefficients)
+
+
+@pytest.mark.parametrize("height", [1.5, 3.0, 6.0, 10.0])
+@pytest.mark.parametrize("face", [0, -1])
+def test_paths_of_a_spline_beta_must_not_leave_the_workspace(height: float, face: int) -> None:
+    """Against a fine sample of the faces: no exponent below the least that keeps paths inside."""
+    beta, goal = rising_along_a_face(height, face), np.array([[0.3, 0.2]])
+    k_min = certify(NavigationFunction(SplineObstacle(beta), 2.0), goal).k_min
+    assert k_min is not None
+    x, outwards = (beta.basis.lower[0], -1) if face == 0 else (beta.basis.upper[0], 1)
+    y = np.linspace(beta.basis.lower[1], beta.basis.upper[1], 400)
+    z = np.column_stack([np.full_like(y, x), y])
+    value, gradient, _ = beta.jets(z, 1)
+    away = z - goal[0]
+    needed = outwards * gradient[:, 0] * (away**2).sum(axis=1) / (2 * value * outwards * away[:, 0])
+    assert needed.max() > 0
+    assert k_min >= needed.max()
+    outward = NavigationFunction(SplineObstacle(beta), max(2.0, 0.9 * needed.max()))
+    if needed.max() > 2.3:
+        velocity = outward.directions(z, np.tile(goal, (len(z), 1)))
+        assert (outwards * velocity[:, 0] > 0).any()
+    inward = NavigationFunction(SplineObstacle(beta), k_min)
+    velocity = inward.directions(z, np.tile(goal, (len(z), 1)))
+    assert (outwards * velocity[:, 0] <= 0).all()
+
+
+@pytest.mark.parametrize("excess", [1e-9, 1e-8, 1e-6, 1e-4, 1e-3])
+@pytest.mark.parametrize("seed", range(5))
+def test_violations_however_small_are_not_certified(seed: int, excess: float) -> None:
+    chi, goal = random_chi(2, seed), np.array([[0.1, 0.2]])
+    attained = descent_supremum(chi, goal[0], goal[0], 1e-11).lower
+    scaled = TensorBSpline(basis(2), (2.0 + excess) / attained * chi.coefficients)
+    assert not certify(exponential(scaled), goal, 1e-11).certified
+    assert not certify(exponential(scaled), goal).certified
