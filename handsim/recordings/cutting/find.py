@@ -19,6 +19,8 @@ LABEL = "label"
 WHOLE = "it is a single reach already"
 CUT_ALREADY_S = 0.3
 """A recording that stands still no longer than this at its ends has been cut before [s]."""
+CLOSE = 0.05
+"""Share of the way within which a hand has the posture of a stop."""
 ENDS_AWAY = 0.7
 """and it ends at least at this share of its largest distance from where it starts."""
 
@@ -39,7 +41,7 @@ def find_reaches(recording: Recording, options: CutOptions) -> tuple[Reach, ...]
         return ()
     readings = _readings(recording, motion, course, options)
     share = options.rest_share(palm=motion.palm)
-    return tuple(_reach(recording.name, motion, each, share) for each in readings)
+    return tuple(_reach(recording.name, motion, course, each, share) for each in readings)
 
 
 def _readings(
@@ -105,11 +107,12 @@ def _object(recording: Recording, grid: Array) -> tuple[Array, Mask] | None:
     return (np.column_stack([v for v, _ in columns]), seen) if seen.any() else None
 
 
-def edges(motion: Motion, reading: Reading, share: float) -> tuple[int, int]:
-    """Return first and last frame of a reach by its own peak speed.
+def edges(motion: Motion, course: Course, reading: Reading, share: float) -> tuple[int, int]:
+    """Return first and last frame of a reach, by its own peak speed and by its two postures.
 
     What else a recording holds, such as returns twice as fast, then does not matter. Ends move
-    outwards only while the hand slows down, so that they do not go past a turn.
+    outwards only while the hand slows down, so that they do not go past a turn; and where fingers
+    creep, until the hand is within `CLOSE` of the way from the posture of the stop.
     """
     speed = motion.speed
     start, end = reading.start, reading.end
@@ -117,16 +120,36 @@ def edges(motion: Motion, reading: Reading, share: float) -> tuple[int, int]:
     limit = min(max(share * peak, NOISE_FACTOR * motion.floor), NOISE_LIMIT * peak)
     fast = start + np.flatnonzero(speed[start : end + 1] > limit)
     first, last = int(fast[0]), int(fast[-1])
-    while first > 0 and first == start and limit < speed[start - 1] <= speed[start]:
-        first = start = start - 1
-    while last == end and end + 1 < len(speed) and limit < speed[end + 1] <= speed[end]:
-        last = end = end + 1
+    slow = limit if motion.palm else max(0.5 * share * peak, NOISE_FACTOR * motion.floor)
+    while first > 0 and slow < speed[first - 1] <= speed[first]:
+        first -= 1
+    while last + 1 < len(speed) and slow < speed[last + 1] <= speed[last]:
+        last += 1
+    if motion.palm:
+        return first, last
+    return _creep(motion, course, first, last)
+
+
+def _creep(motion: Motion, course: Course, first: int, last: int) -> tuple[int, int]:
+    """Move the ends outwards within the stops, until the hand is nearly at the stop's posture."""
+    way = float(np.linalg.norm(motion.place[last] - motion.place[first]))
+    for stop in course.stops:
+        if stop.first < stop.last and stop.first <= first <= stop.last + 1:
+            rest = np.median(motion.place[stop.first : stop.last + 1], axis=0)
+            gone = np.linalg.norm(motion.place[stop.first : first + 1] - rest, axis=1)
+            near = np.flatnonzero(gone <= CLOSE * way)
+            first = stop.first + int(near[-1]) if near.size else first
+        elif stop.first < stop.last and stop.first - 1 <= last <= stop.last:
+            hold = np.median(motion.place[stop.first : stop.last + 1], axis=0)
+            left = np.linalg.norm(motion.place[last : stop.last + 1] - hold, axis=1)
+            near = np.flatnonzero(left <= CLOSE * way)
+            last += int(near[0]) if near.size else 0
     return first, last
 
 
-def _reach(name: str, motion: Motion, reading: Reading, share: float) -> Reach:
+def _reach(name: str, motion: Motion, course: Course, reading: Reading, share: float) -> Reach:
     """Turn frames into times, after putting the ends where this reach's own speed says."""
-    start, end = (reading.start, reading.end) if reading.exact else edges(motion, reading, share)
+    start, end = (reading.start, reading.end) if reading.exact else edges(motion, course, reading, share)
     sure, reason = reading.confidence, reading.reason
     if not motion.seen[start : end + 1].all():
         sure, reason = min(sure, 0.5), "the palm was lost on the way"

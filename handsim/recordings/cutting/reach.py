@@ -47,7 +47,7 @@ class CutOptions:
         """Return the share of the peak speed under which the hand stands still."""
         if self.rest_speed is not None:
             return self.rest_speed
-        return 0.2 if palm else 0.1
+        return 0.2 if palm else 0.08
 
 
 @dataclass(frozen=True)
