@@ -19,7 +19,7 @@ from handsim.recordings.phases import RATE
 
 ARRIVED = 0.85
 """A stop at this share of the farthest one's distance from rest is an arrival, not a pause."""
-ARRIVED_DOUBT = 1.5
+ARRIVED_DOUBT = 0.3
 HOME = 0.5
 """A hand that is back at less than this share of the way is at rest again."""
 HOME_WIDTH = 0.06
@@ -120,9 +120,13 @@ def _reading(
     away = range(excursion.first + 1, excursion.last + (not excursion.returned))
     distance = dict(zip(range(excursion.first + 1, excursion.last + 1), excursion.distances))
     farthest = max(distance[place] for place in away)
-    leave = next(p for p in reversed(away) if distance[p] >= ARRIVED * farthest)
-    hold = max(stops[place].duration for place in away if distance[place] >= ARRIVED * farthest)
-    sure, second, reason = 1.0, None, "the hand stops at its farthest from rest"
+    leave, sure = _held(stops, away, distance, farthest)
+    hold = stops[leave].duration
+    second, reason = None, "the hand stops at its farthest from rest"
+    if sure < 0.9:
+        reason = "the hand stops twice as if it held something"
+        other = next(p for p in reversed(away) if p != leave)
+        second = (home.last, stops[other].first)
     for place in range(away.start, leave):
         stop = stops[place]
         onward = _onward(motion, home, stop, stops[leave])
@@ -137,6 +141,26 @@ def _reading(
             second = (home.last, stop.first)
         sure *= share
     return Reading(home.last, stops[leave].first, stops[leave].last, sure, reason, second)
+
+
+def _held(
+    stops: tuple[Stop, ...], away: range, distance: dict[int, float], farthest: float
+) -> tuple[int, float]:
+    """Return the place of the stop before the return, and how sure it is that it is the hold.
+
+    It is the last one that is as far from rest as the hand gets. A hand that opens wide and closes
+    is nearer to rest afterwards, and so is one that pauses on its return: the longer stop wins.
+    """
+    leave = next(p for p in reversed(away) if distance[p] >= ARRIVED * farthest)
+    hold = max(stops[p].duration for p in away if distance[p] >= ARRIVED * farthest)
+    later = range(leave + 1, away.stop)
+    if not later:
+        return leave, 1.0
+    longest = max(later, key=lambda place: stops[place].duration)
+    tick = 1 / RATE
+    beside = math.log(max(stops[longest].duration, tick) / max(hold, tick))
+    share = logistic(PAUSE_STEEPNESS * beside)
+    return (longest, share) if share > 0.5 else (leave, 1 - share)
 
 
 def pause_probability(
