@@ -1,16 +1,17 @@
 """Find the reaches of one recording, by its speed and by what else was recorded."""
 
-from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from handsim.errors import InputError, UnknownNameError
+from handsim.recordings.cutting.edges import edges
 from handsim.recordings.cutting.events import AT_EVENT, beginnings, least_move, read_events
 from handsim.recordings.cutting.motion import Motion, motion_of, on_grid
-from handsim.recordings.cutting.reach import CERTAIN, CutOptions, Reach
+from handsim.recordings.cutting.reach import CutOptions, Reach
 from handsim.recordings.cutting.readings import Reading, read_course
-from handsim.recordings.cutting.stops import NOISE_FACTOR, NOISE_LIMIT, Course, course_of
-from handsim.recordings.phases import RATE
+from handsim.recordings.cutting.stops import LARGE, Course, course_of
 from handsim.recordings.recording import MIN_FRAMES, Recording
 from handsim.types import Array, Mask
 
@@ -19,8 +20,6 @@ LABEL = "label"
 WHOLE = "it is a single reach already"
 CUT_ALREADY_S = 0.3
 """A recording that stands still no longer than this at its ends has been cut before [s]."""
-CLOSE = 0.05
-"""Share of the way within which a hand has the posture of a stop."""
 ENDS_AWAY = 0.7
 """and it ends at least at this share of its largest distance from where it starts."""
 
@@ -33,9 +32,12 @@ def find_reaches(recording: Recording, options: CutOptions) -> tuple[Reach, ...]
     UnknownNameError
         If the recording has not the channel of the options.
     InputError
-        If that channel holds next to no values.
+        If that channel holds next to no values, or the recording is too short or too long.
     """
-    motion = motion_of(recording.time, recording.q, recording.channels)
+    try:
+        motion = motion_of(recording.time, recording.q, recording.channels)
+    except InputError as error:
+        raise InputError(f"recording '{recording.name}': {error}") from error
     course = course_of(motion, options.rest_share(palm=motion.palm))
     if course is None:
         return ()
@@ -48,6 +50,9 @@ def _readings(
     recording: Recording, motion: Motion, course: Course, options: CutOptions
 ) -> list[Reading]:
     """Choose by what the end of a reach is told: a channel, an object, a label, or speed alone."""
+    labels = _labels(recording, motion.time) if options.channel in (None, LABEL) else None
+    if labels is not None:
+        return read_labels(motion, course, labels, options)
     if options.channel is not None:
         values, seen = _channel(recording, options.channel, motion.time)
         events = beginnings(values, seen, least_move(values, position=False))
@@ -63,6 +68,61 @@ def _readings(
             touched = read_events(motion, course, events, "the object begins to move", snap=True)
             return _joined(touched, spoken)
     return spoken
+
+
+def read_labels(
+    motion: Motion, course: Course, labels: Array, options: CutOptions
+) -> list[Reading]:
+    """Look for one reach in every stretch of a label other than that of rest.
+
+    Rest is 0, or the first label where none is 0. A stretch in which the hand comes back to the
+    posture of rest is a return, and one in which it hardly moves is a hold.
+    """
+    rest = labels == (0 if (labels == 0).any() else labels[0])
+    home = np.median(motion.place[rest], axis=0)
+    edges_ = np.flatnonzero(np.diff(labels)) + 1
+    found: list[Reading] = []
+    for first, last in pairwise([0, *(int(edge) for edge in edges_), len(labels)]):
+        way = np.linalg.norm(motion.place[first:last] - home, axis=1)
+        if rest[first] or last - first < MIN_FRAMES or float(np.ptp(way)) < LARGE * course.size:
+            continue
+        reading = _in_stretch(motion, first, last, options)
+        if reading is not None and way[reading.end - first] > way[reading.start - first]:
+            found.append(reading)
+    return found
+
+
+def _in_stretch(motion: Motion, first: int, last: int, options: CutOptions) -> Reading | None:
+    """Return the surest reach between two frames."""
+    part = Motion(
+        motion.time[first:last], motion.q[first:last], motion.place[first:last],
+        motion.speed[first:last], motion.seen[first:last], motion.palm, motion.floor,
+    )  # fmt: skip
+    course = course_of(part, options.rest_share(palm=motion.palm))
+    if course is None:
+        return None
+    if is_single_reach(part, course, options):
+        return Reading(first, last - 1, last - 1, AT_EVENT, f"{LABEL} says so", exact=True)
+    readings = read_course(part, course, options)
+    best = max(readings, key=lambda reading: reading.confidence, default=None)
+    if best is None:
+        return None
+    second = None if best.second is None else (best.second[0] + first, best.second[1] + first)
+    return replace(
+        best, start=best.start + first, end=best.end + first, hold_end=best.hold_end + first,
+        second=second,
+    )  # fmt: skip
+
+
+def _labels(recording: Recording, grid: Array) -> Array | None:
+    """Return the label at each time, the last one given; None where it never changes."""
+    values = recording.channels.get(LABEL)
+    if values is None or not np.isfinite(values).any():
+        return None
+    known = np.isfinite(values)
+    place = np.searchsorted(recording.time[known], grid, side="right") - 1
+    labels = values[known][np.maximum(place, 0)]
+    return labels if (labels != labels[0]).any() else None
 
 
 def is_single_reach(motion: Motion, course: Course, options: CutOptions) -> bool:
@@ -107,56 +167,20 @@ def _object(recording: Recording, grid: Array) -> tuple[Array, Mask] | None:
     return (np.column_stack([v for v, _ in columns]), seen) if seen.any() else None
 
 
-def edges(motion: Motion, course: Course, reading: Reading, share: float) -> tuple[int, int]:
-    """Return first and last frame of a reach, by its own peak speed and by its two postures.
-
-    What else a recording holds, such as returns twice as fast, then does not matter. Ends move
-    outwards only while the hand slows down, so that they do not go past a turn; and where fingers
-    creep, until the hand is within `CLOSE` of the way from the posture of the stop.
-    """
-    speed = motion.speed
-    start, end = reading.start, reading.end
-    peak = float(speed[start : end + 1].max())
-    limit = min(max(share * peak, NOISE_FACTOR * motion.floor), NOISE_LIMIT * peak)
-    fast = start + np.flatnonzero(speed[start : end + 1] > limit)
-    first, last = int(fast[0]), int(fast[-1])
-    slow = limit if motion.palm else max(0.5 * share * peak, NOISE_FACTOR * motion.floor)
-    while first > 0 and slow < speed[first - 1] <= speed[first]:
-        first -= 1
-    while last + 1 < len(speed) and slow < speed[last + 1] <= speed[last]:
-        last += 1
-    if motion.palm:
-        return first, last
-    return _creep(motion, course, first, last)
-
-
-def _creep(motion: Motion, course: Course, first: int, last: int) -> tuple[int, int]:
-    """Move the ends outwards within the stops, until the hand is nearly at the stop's posture."""
-    way = float(np.linalg.norm(motion.place[last] - motion.place[first]))
-    for stop in course.stops:
-        if stop.first < stop.last and stop.first <= first <= stop.last + 1:
-            rest = np.median(motion.place[stop.first : stop.last + 1], axis=0)
-            gone = np.linalg.norm(motion.place[stop.first : first + 1] - rest, axis=1)
-            near = np.flatnonzero(gone <= CLOSE * way)
-            first = stop.first + int(near[-1]) if near.size else first
-        elif stop.first < stop.last and stop.first - 1 <= last <= stop.last:
-            hold = np.median(motion.place[stop.first : stop.last + 1], axis=0)
-            left = np.linalg.norm(motion.place[last : stop.last + 1] - hold, axis=1)
-            near = np.flatnonzero(left <= CLOSE * way)
-            last += int(near[0]) if near.size else 0
-    return first, last
-
-
 def _reach(name: str, motion: Motion, course: Course, reading: Reading, share: float) -> Reach:
     """Turn frames into times, after putting the ends where this reach's own speed says."""
-    start, end = (reading.start, reading.end) if reading.exact else edges(motion, course, reading, share)
+    start, end = (
+        (reading.start, reading.end) if reading.exact else edges(motion, course, reading, share)
+    )
     sure, reason = reading.confidence, reading.reason
     if not motion.seen[start : end + 1].all():
         sure, reason = min(sure, 0.5), "the palm was lost on the way"
     if end + 1 - start < MIN_FRAMES:
         sure, reason = min(sure, 0.5), f"it is shorter than {MIN_FRAMES} frames"
     time = motion.time
-    second = None if reading.second is None else tuple(float(time[i]) for i in reading.second)
+    second = None
+    if reading.second is not None:
+        second = (float(time[reading.second[0]]), float(time[reading.second[1]]))
     return Reach(
         name, float(time[start]), float(time[end]), float(time[max(end, reading.hold_end)]),
         round(sure, 3), reason, second,

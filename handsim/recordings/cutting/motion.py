@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handsim.errors import InputError
 from handsim.recordings.phases import RATE, low_pass, resample
+from handsim.recordings.recording import MIN_FRAMES
 from handsim.types import Array, Mask
 
 PALM = ("palm_x_m", "palm_y_m", "palm_z_m")
@@ -16,6 +18,8 @@ LONGEST_GAP_S = 0.25
 MIN_SEEN = 0.5
 """Smallest share of frames in which the palm must be seen to be used."""
 QUIET_S = 0.5
+LONGEST_S = 4 * 3600.0
+"""Longest recording that is cut [s]; whoever has a longer one has given milliseconds."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,18 @@ def motion_of(time: Array, q: Array, channels: Mapping[str, Array]) -> Motion:
     q : (n, 22) [rad]
     channels
         Further channels, (n,) each, NaN where missing.
+
+    Raises
+    ------
+    InputError
+        If it is too short to move in, or so long that its times are hardly seconds.
     """
+    duration = float(time[-1] - time[0])
+    if not (MIN_FRAMES - 1) / RATE <= duration <= LONGEST_S:
+        raise InputError(
+            f"it lasts {duration:g} s; give {(MIN_FRAMES - 1) / RATE:g} to {LONGEST_S:g} s, and "
+            "its times in seconds"
+        )
     grid, uniform = resample(time, q)
     q = low_pass(uniform)
     place, seen = q, np.ones(len(grid), dtype=bool)

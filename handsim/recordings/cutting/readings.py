@@ -20,6 +20,10 @@ from handsim.recordings.phases import RATE
 ARRIVED = 0.85
 """A stop at this share of the farthest one's distance from rest is an arrival, not a pause."""
 ARRIVED_DOUBT = 0.3
+SLOW = 0.3
+"""A hand slower than this share of its peak has slowed down, as hands do that take hold."""
+BUSY = 0.75
+"""Confidence where a hand slows down at its farthest and is busy there before it stands still."""
 HOME = 0.5
 """A hand that is back at less than this share of the way is at rest again."""
 HOME_WIDTH = 0.06
@@ -111,14 +115,12 @@ def _still_nearing(motion: Motion, home: Stop, stops: Sequence[Stop]) -> bool:
     return len(ways) == 2 and ways[1] < 0.5 * ways[0]
 
 
-def _reading(
-    motion: Motion, course: Course, excursion: _Excursion, options: CutOptions
-) -> Reading:
+def _reading(motion: Motion, course: Course, excursion: _Excursion, options: CutOptions) -> Reading:
     """Say where the reach of one excursion ends: at the first stop that is no pause."""
     stops = course.stops
     home = stops[excursion.first]
     away = range(excursion.first + 1, excursion.last + (not excursion.returned))
-    distance = dict(zip(range(excursion.first + 1, excursion.last + 1), excursion.distances))
+    distance = dict(enumerate(excursion.distances, start=excursion.first + 1))
     farthest = max(distance[place] for place in away)
     leave, sure = _held(stops, away, distance, farthest)
     hold = stops[leave].duration
@@ -140,7 +142,29 @@ def _reading(
             reason = f"the hand pauses for {stop.duration:.2f} s on the way"
             second = (home.last, stop.first)
         sure *= share
-    return Reading(home.last, stops[leave].first, stops[leave].last, sure, reason, second)
+    last = stops[leave].first
+    slow = _slows_down(motion, home.last, last)
+    if slow is not None and sure > BUSY and (last - slow) / RATE > options.longest_pause_s:
+        sure, second = BUSY, (home.last, slow)
+        reason = f"the hand slows down {(last - slow) / RATE:.2f} s before it stands still"
+    return Reading(home.last, last, stops[leave].last, sure, reason, second)
+
+
+def _slows_down(motion: Motion, start: int, end: int) -> int | None:
+    """Return the first frame at which a hand that has arrived slows down without stopping.
+
+    What it does from there on until it stops may be done with the object.
+    """
+    way = np.linalg.norm(motion.place[start : end + 1] - motion.place[start], axis=1)
+    speed = motion.speed[start : end + 1]
+    arrived = int(np.argmax(way >= ARRIVED * way[-1]))
+    slow = SLOW * float(speed.max())
+    under = np.flatnonzero(speed[arrived:] < slow)
+    if not under.size:
+        return None
+    first = arrived + int(under[0])
+    again = np.flatnonzero(speed[first:] > slow)
+    return start + first if again.size else None
 
 
 def _held(
