@@ -11,7 +11,8 @@ from handsim.recordings.cutting.events import AT_EVENT, beginnings, least_move, 
 from handsim.recordings.cutting.motion import Motion, motion_of, on_grid
 from handsim.recordings.cutting.reach import CutOptions, Reach
 from handsim.recordings.cutting.readings import Reading, read_course
-from handsim.recordings.cutting.stops import LARGE, Course, course_of
+from handsim.recordings.cutting.stops import LARGE, NOISE_FACTOR, Course, course_of
+from handsim.recordings.phases import RATE
 from handsim.recordings.recording import MIN_FRAMES, Recording
 from handsim.types import Array, Mask
 
@@ -20,8 +21,8 @@ LABEL = "label"
 WHOLE = "it is a single reach already"
 CUT_ALREADY_S = 0.3
 """A recording that stands still no longer than this at its ends has been cut before [s]."""
-ENDS_AWAY = 0.7
-"""and it ends at least at this share of its largest distance from where it starts."""
+ENDS_AWAY = 0.5
+"""and it ends no nearer than this share of its largest distance from its start."""
 
 
 def find_reaches(recording: Recording, options: CutOptions) -> tuple[Reach, ...]:
@@ -127,11 +128,15 @@ def _labels(recording: Recording, grid: Array) -> Array | None:
 
 def is_single_reach(motion: Motion, course: Course, options: CutOptions) -> bool:
     """Whether a recording holds one reach and next to nothing before and after it."""
-    first, last = course.stops[0], course.stops[-1]
     longest = max((stop.duration for stop in course.stops[1:-1]), default=0.0)
     way = np.linalg.norm(motion.place - motion.place[0], axis=1)
+    # Hands creep at the ends of what others have cut, at more than half the speed of a stop.
+    share = options.rest_share(palm=motion.palm)
+    creep = max(0.5 * share * course.peak, NOISE_FACTOR * motion.floor)
+    moving = np.flatnonzero(motion.speed > creep)
+    still = max(moving[0], len(motion.speed) - 1 - moving[-1]) / RATE
     return (
-        max(first.duration, last.duration) <= CUT_ALREADY_S
+        still <= CUT_ALREADY_S
         and longest < options.longest_pause_s
         and float(way[-1]) >= ENDS_AWAY * float(way.max())
     )

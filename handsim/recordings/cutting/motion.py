@@ -13,11 +13,16 @@ from handsim.types import Array, Mask
 PALM = ("palm_x_m", "palm_y_m", "palm_z_m")
 MIN_TRAVEL = 0.05
 """Travel of a palm that reaches [m]; one that moves less lies on the table or is the origin."""
+MIN_TURN = float(np.deg2rad(5.0))
+"""Change of posture by a reach, the Euclidean norm over the joints [rad]. People's are thirty times
+as large; this lies above the noise of gloves."""
 LONGEST_GAP_S = 0.25
 """Longest gap that a straight line bridges [s]; a quarter of a reach."""
 MIN_SEEN = 0.5
 """Smallest share of frames in which the palm must be seen to be used."""
 QUIET_S = 0.5
+RESTLESS = 0.1
+"""A hand that nowhere is slower than this share of its peak for `QUIET_S` moves all the time."""
 LONGEST_S = 4 * 3600.0
 """Longest recording that is cut [s]; whoever has a longer one has given milliseconds."""
 
@@ -39,7 +44,8 @@ class Motion:
     palm
         Whether it is the palm.
     floor
-        Speed in the quietest half second, which is noise [m/s or rad/s].
+        Speed in the quietest half second, which is noise, or 0 where the hand moves all the time
+        and nothing tells the noise [m/s or rad/s].
     """
 
     time: Array
@@ -118,4 +124,5 @@ def _palm(time: Array, channels: Mapping[str, Array], grid: Array) -> tuple[Arra
 def _quietest(speed: Array) -> float:
     width = min(len(speed), round(QUIET_S * RATE))
     total = np.concatenate([[0.0], np.cumsum(speed)])
-    return float(np.maximum(np.min(total[width:] - total[:-width]) / width, 0.0))
+    floor = max(float(np.min(total[width:] - total[:-width])) / width, 0.0)
+    return floor if floor < RESTLESS * float(speed.max()) else 0.0

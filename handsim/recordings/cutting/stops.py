@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from handsim.recordings.cutting.motion import Motion
+from handsim.recordings.cutting.motion import MIN_TRAVEL, MIN_TURN, Motion
 from handsim.recordings.phases import RATE
 from handsim.types import Array, Mask
 
@@ -65,7 +65,7 @@ def course_of(motion: Motion, rest_speed: float) -> Course | None:
         Share of the usual peak speed under which a hand stands still.
     """
     fastest = float(motion.speed.max())
-    if fastest <= NOISE_FACTOR * motion.floor or fastest == 0.0:
+    if fastest == 0.0:
         return None
     # A fast return has several times the speed of a reach, hence half the share of the maximum in
     # the first round. The second takes the usual peak, which one odd movement does not move.
@@ -76,6 +76,8 @@ def course_of(motion: Motion, rest_speed: float) -> Course | None:
     peak, size = _usual(motion, _split(motion, runs, LARGE * farthest))
     limit = min(max(rest_speed * peak, NOISE_FACTOR * motion.floor), NOISE_LIMIT * peak)
     moves = _split(motion, _moving(motion.speed, limit), LARGE * size)
+    if size < (MIN_TRAVEL if motion.palm else MIN_TURN):
+        return None
     moves = [move for move in moves if _reached(motion, move) > SMALL * size]
     return Course(_between(moves, len(motion.speed)), peak, size) if moves else None
 
