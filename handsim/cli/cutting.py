@@ -10,7 +10,7 @@ from handsim.cli.console import JsonFlag, fraction_done, note, say_json, say_tab
 if TYPE_CHECKING:
     from handsim.recordings.cutting.reach import Reach
 
-PICTURES = (".png", ".svg", ".pdf")
+PICTURES = (".png", ".svg")
 
 
 def cut(
@@ -33,11 +33,16 @@ def cut(
     json: JsonFlag = False,
 ) -> None:
     """Cut the reaches out of continuous recordings: rest, reach, hold, return."""
+    from handsim.errors import InputError
     from handsim.recordings.cutting.cut import cut_out, find_all
     from handsim.recordings.cutting.reach import CutOptions
     from handsim.recordings.cutting.times import read_times
     from handsim.recordings.folder import read_recordings, write_recordings
+    from handsim.viewing.figures.cutting_figure import cutting_figure
+    from handsim.viewing.figures.style import save_picture
 
+    if output.resolve() == folder.resolve():
+        raise InputError(f"{output}: holds the recordings to be cut; name another folder with -o")
     options = CutOptions(rest_speed, longest_pause, channel)
     if plot is not None:
         writable(plot, *PICTURES)
@@ -46,12 +51,10 @@ def cut(
     with fraction_done("cutting") as progress:
         reaches = find_all(recordings, options, given, progress)
     parts = cut_out(recordings, reaches, given)
-    if plot is not None:
-        from handsim.viewing.figures.cutting_figure import cutting_figure
-        from handsim.viewing.figures.style import save_picture
-
-        save_picture(cutting_figure(recordings, reaches), plot)
+    figure = None if plot is None else cutting_figure(recordings, reaches)
     write_recordings(parts, output)
+    if figure is not None and plot is not None:
+        save_picture(figure, plot)
     _say(reaches, json=json)
     _note_doubtful(reaches, with_times=times is not None)
     without = len(recordings) - len({reach.recording for reach in reaches})

@@ -17,20 +17,29 @@ def edges(motion: Motion, course: Course, reading: Reading, share: float) -> tup
     outwards only while the hand slows down, so that they do not go past a turn; and where fingers
     creep, until the hand is within `CLOSE` of the way from the posture of the stop.
     """
+    if reading.told == "both":
+        return reading.start, reading.end
+    first, last = _by_speed(motion, reading, share)
+    if not motion.palm:
+        first, last = _creep(motion, course, first, last)
+    return first, reading.end if reading.told == "end" else last
+
+
+def _by_speed(motion: Motion, reading: Reading, share: float) -> tuple[int, int]:
     speed = motion.speed
     start, end = reading.start, reading.end
     peak = float(speed[start : end + 1].max())
     limit = min(max(share * peak, NOISE_FACTOR * motion.floor), NOISE_LIMIT * peak)
     fast = start + np.flatnonzero(speed[start : end + 1] > limit)
+    if not fast.size:  # it stands still throughout
+        return start, end
     first, last = int(fast[0]), int(fast[-1])
     slow = limit if motion.palm else max(0.5 * share * peak, NOISE_FACTOR * motion.floor)
     while first > 0 and slow < speed[first - 1] <= speed[first]:
         first -= 1
     while last + 1 < len(speed) and slow < speed[last + 1] <= speed[last]:
         last += 1
-    if motion.palm:
-        return first, last
-    return _creep(motion, course, first, last)
+    return first, last
 
 
 def _creep(motion: Motion, course: Course, first: int, last: int) -> tuple[int, int]:

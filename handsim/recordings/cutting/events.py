@@ -126,7 +126,8 @@ def read_events(
             continue
         sure = AT_EVENT * logistic((farthest / course.size - LARGE) / SIZE_WIDTH)
         end = _stop_after(course, event) if snap else event
-        found.append(Reading(start, end, _hold_end(course, end), sure, reason, exact=end == event))
+        told = "end" if end == event else "neither"
+        found.append(Reading(start, end, _hold_end(course, end), sure, reason, told=told))
     return found
 
 

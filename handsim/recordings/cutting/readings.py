@@ -9,6 +9,7 @@ with the object. Each such doubt gives a probability, and their product is the c
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -43,8 +44,8 @@ class Reading:
     ----------
     start, end, hold_end, confidence, reason, second
         As in `Reach`, with frames for times.
-    exact
-        Whether both ends are told otherwise than by speed.
+    told
+        Which ends are told otherwise than by speed, and are not moved to where it is low.
     """
 
     start: int
@@ -53,7 +54,7 @@ class Reading:
     confidence: float
     reason: str
     second: tuple[int, int] | None = None
-    exact: bool = False
+    told: Literal["neither", "end", "both"] = "neither"
 
 
 def read_course(motion: Motion, course: Course, options: CutOptions) -> list[Reading]:

@@ -54,7 +54,8 @@ def recordings_figure(recordings: RecordingSet) -> "Figure":
             axes.set_axis_off()
         for axes in panels[ROWS - 2, len(JOINTS) % COLUMNS :]:  # nothing below them
             axes.tick_params(labelbottom=True)
-        figure.supxlabel("time [s]" if len(recordings) == 1 else "time / duration", fontsize=8)
+        for axes in panels[ROWS - 1, : len(JOINTS) % COLUMNS]:
+            axes.set_xlabel("time [s]" if len(recordings) == 1 else "time / duration")
         figure.supylabel("angle [deg]", fontsize=8)
         figure.suptitle(_title(recordings, n_out, len(outside)), fontsize=9)
         add_legend(figure, {**line, "alpha": 1, "label": "recording"}, RANGE, _larger(OUTSIDE))

@@ -78,16 +78,25 @@ def save_figure(figure: "Figure", folder: Path, name: str) -> list[Path]:
     FileError
         If the folder does not exist or cannot be written.
     """
+    paths = [Path(folder) / f"{name}{suffix}" for suffix in (".png", ".svg")]
+    for path in paths:
+        save_picture(figure, path)
+    return paths
+
+
+def save_picture(figure: "Figure", path: Path) -> None:
+    """Write a figure as one file, as a whole or not at all; the suffix says the format.
+
+    Raises
+    ------
+    FileError
+        If the folder does not exist or cannot be written.
+    """
     import matplotlib
 
-    paths: list[Path] = []
-    with matplotlib.rc_context(_RC):
-        for suffix in (".png", ".svg"):
-            path = Path(folder) / f"{name}{suffix}"
-            with replacing(path) as temporary:
-                figure.savefig(temporary, metadata={"Date": None} if suffix == ".svg" else None)
-            paths.append(path)
-    return paths
+    with matplotlib.rc_context(_RC), replacing(path) as temporary:
+        undated = {"Date": None} if path.suffix == ".svg" else None
+        figure.savefig(temporary, metadata=undated)
 
 
 def label_panel(axes: "Axes", letter: str) -> None:
