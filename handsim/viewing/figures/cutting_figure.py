@@ -1,6 +1,8 @@
 """What was cut out of continuous recordings: their speed over time, with the reaches marked."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,11 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MAX_ROWS = 30
-"""Recordings drawn; those with doubtful reaches come first where there are more."""
+MAX_STRIPS = 30
+"""Rows drawn; recordings with doubtful reaches come first where there are more."""
 MAX_POINTS = 4000
 MAX_WRITTEN = 24
-"""Reaches in one row whose confidence can be written without overlaps."""
+"""Reaches in one row whose confidences can be written beside one another."""
 AMBER = "#E69F00"
 SPEED: LineStyle = {"color": BLUE, "linewidth": 0.7}
 REACH: dict[str, Any] = {"facecolor": GREEN, "alpha": 0.35, "linewidth": 0}
@@ -33,7 +35,7 @@ STARTED = 0.2
 
 
 def cutting_figure(recordings: RecordingSet, reaches: Sequence[Reach]) -> "Figure":
-    """Draw the speed of every recording, a row each, and what was found in it.
+    """Draw the speed of every recording and what was found in it, a row each or more for long ones.
 
     Reaches are green, holds light green and returns grey, with the confidence above. Doubtful
     reaches are amber, and a bracket shows their second reading.
@@ -45,43 +47,76 @@ def cutting_figure(recordings: RecordingSet, reaches: Sequence[Reach]) -> "Figur
     reaches
         What `find_all` or a `Cut` lists.
     """
-    rows = _rows(recordings, reaches)
-    left_out = len(recordings) - len(rows)
-    height = 0.95 + max(0.6, min(1.6, 8.0 / len(rows))) * len(rows)
+    chosen = _chosen(recordings, reaches)
+    strips = [strip for recording in chosen for strip in _strips(recording, reaches)][:MAX_STRIPS]
+    whole = len(strips) == len(chosen)
+    height = 0.95 + max(0.6, min(1.6, 8.0 / len(strips))) * len(strips)
     with drawing(WIDE, height) as figure:
-        panels = figure.subplots(len(rows), 1, squeeze=False, sharex=True)[:, 0]
-        for axes, recording in zip(panels, rows, strict=True):
-            _row(axes, recording, [each for each in reaches if each.recording == recording.name])
-        first, last = min(r.time[0] for r in rows), max(r.time[-1] for r in rows)
-        panels[-1].set(xlabel="time [s]", xlim=(first, last))
+        panels = figure.subplots(len(strips), 1, squeeze=False, sharex=whole)[:, 0]
+        for axes, strip in zip(panels, strips, strict=True):
+            _draw(axes, strip)
+        if whole:
+            panels[-1].set_xlim(min(s.start_s for s in strips), max(s.end_s for s in strips))
+        panels[-1].set_xlabel("time [s]")
+        left_out = len(recordings) - len({strip.recording.name for strip in strips})
         figure.suptitle(_title(recordings, reaches, left_out), fontsize=9)
         _legend(figure)
     return figure
 
 
-def _rows(recordings: RecordingSet, reaches: Sequence[Reach]) -> list[Recording]:
+def _chosen(recordings: RecordingSet, reaches: Sequence[Reach]) -> list[Recording]:
+    """Return the recordings that are drawn, in order."""
     doubtful = {reach.recording for reach in reaches if not reach.certain}
-    first = sorted(recordings, key=lambda recording: recording.name not in doubtful)[:MAX_ROWS]
-    names = {recording.name for recording in first}
+    first = sorted(recordings, key=lambda recording: recording.name not in doubtful)
+    names = {recording.name for recording in first[:MAX_STRIPS]}
     return [recording for recording in recordings if recording.name in names]
 
 
-def _row(axes: "Axes", recording: Recording, reaches: list[Reach]) -> None:
+@dataclass(frozen=True)
+class _Strip:
+    """A stretch of a recording that fills one row, and all reaches of that recording."""
+
+    recording: Recording
+    reaches: tuple[Reach, ...]
+    start_s: float
+    end_s: float
+    heading: str
+
+    def shows(self, reach: Reach) -> bool:
+        """Whether a reach begins in this stretch."""
+        return self.start_s <= reach.start_s <= self.end_s
+
+
+def _strips(recording: Recording, reaches: Sequence[Reach]) -> list[_Strip]:
+    """Divide a recording so that the reaches of a row can be told apart."""
+    own = tuple(reach for reach in reaches if reach.recording == recording.name)
+    count = max(1, -(-len(own) // MAX_WRITTEN))
+    bounds = np.linspace(recording.time[0], recording.time[-1], count + 1)
+    heading = _heading(recording, own)
+    return [
+        _Strip(recording, own, float(start), float(end), heading if i == 0 else "")
+        for i, (start, end) in enumerate(pairwise(bounds))
+    ]
+
+
+def _draw(axes: "Axes", strip: _Strip) -> None:
+    recording, reaches = strip.recording, strip.reaches
     motion = motion_of(recording.time, recording.q, recording.channels)
     speed = 100 * motion.speed if motion.palm else np.rad2deg(motion.speed)
     top = 1.38 * max(float(speed.max()), 1e-9)
-    step = max(1, len(speed) // MAX_POINTS)
-    axes.plot(motion.time[::step], speed[::step], **SPEED)
+    inside = np.flatnonzero((motion.time >= strip.start_s) & (motion.time <= strip.end_s))
+    inside = inside[:: max(1, len(inside) // MAX_POINTS)]
+    axes.plot(motion.time[inside], speed[inside], **SPEED)
     for i, reach in enumerate(reaches):
         following = reaches[i + 1].start_s if i + 1 < len(reaches) else float(motion.time[-1])
         _spans(axes, reach, _return_end(motion.time, speed, reach.hold_end_s, following))
-        if reach.second is not None and not reach.certain:
-            _bracket(axes, reach.second, top)
-        if len(reaches) <= MAX_WRITTEN or not reach.certain:
+        if strip.shows(reach):
             _write(axes, reach, top)
-    axes.set_ylim(0, top)
+            if reach.second is not None and not reach.certain:
+                _bracket(axes, reach.second, top)
+    axes.set(xlim=(strip.start_s, strip.end_s), ylim=(0, top))
     axes.set_ylabel("palm\n[cm/s]" if motion.palm else "joints\n[deg/s]", fontsize=6.5)
-    axes.set_title(_heading(recording, reaches), loc="left", fontsize=7, pad=2)
+    axes.set_title(strip.heading, loc="left", fontsize=7, pad=2)
     axes.tick_params(labelsize=6.5, length=2)
 
 
@@ -115,10 +150,11 @@ def _write(axes: "Axes", reach: Reach, top: float) -> None:
         fontsize=6,
         color="black" if reach.certain else "#9A5B00",
         weight="normal" if reach.certain else "bold",
+        clip_on=True,
     )
 
 
-def _heading(recording: Recording, reaches: list[Reach]) -> str:
+def _heading(recording: Recording, reaches: Sequence[Reach]) -> str:
     doubtful = [reach for reach in reaches if not reach.certain]
     if not reaches:
         return f"{recording.name}: no reach found"
