@@ -6,7 +6,7 @@ import numpy as np
 
 from handsim.recordings.cutting.motion import Motion
 from handsim.recordings.cutting.readings import HOME, SIZE_WIDTH, Reading, logistic
-from handsim.recordings.cutting.stops import LARGE, Course
+from handsim.recordings.cutting.stops import LARGE, SMALL, Course
 from handsim.recordings.phases import RATE
 from handsim.types import Array, Mask
 
@@ -114,7 +114,8 @@ def read_events(
     for before, event in pairwise([0, *events]):
         way = np.linalg.norm(motion.place[before : event + 1] - motion.place[event], axis=1)
         farthest = float(way.max())
-        if farthest < LARGE * course.size:
+        least = LARGE if snap else SMALL
+        if farthest < least * course.size:
             continue
         stops = [stop for stop in course.stops if before <= stop.last < event]
         far = [stop.last for stop in stops if way[stop.last - before] > HOME * farthest]
@@ -124,7 +125,7 @@ def read_events(
         home = motion.place[found[-1].start if found else start]
         if not snap and np.linalg.norm(motion.place[start] - home) > HOME * farthest:
             continue
-        sure = AT_EVENT * logistic((farthest / course.size - LARGE) / SIZE_WIDTH)
+        sure = AT_EVENT * logistic((farthest / course.size - least) / SIZE_WIDTH + 2)
         end = _stop_after(course, event) if snap else event
         told = "end" if end == event else "neither"
         found.append(Reading(start, end, _hold_end(course, end), sure, reason, told=told))

@@ -20,6 +20,9 @@ from handsim.types import Array, Mask
 OBJECT = ("object_x_m", "object_y_m", "object_z_m")
 WHOLE = "it is a single reach already"
 LONGEST_REACH_S = 30.0
+WANDERS = 10.0
+"""Length of a path over the way it leads from which on it is no reach. Those of four persons who
+reached for five things and handled them come to 2 as a rule and to 8 at most."""
 
 
 def find_reaches(recording: Recording, options: CutOptions) -> tuple[Reach, ...]:
@@ -115,12 +118,20 @@ def _object(recording: Recording, grid: Array) -> tuple[Array, Mask] | None:
     return (np.column_stack([v for v, _ in columns]), seen) if seen.any() else None
 
 
+def _path(motion: Motion, start: int, end: int) -> float:
+    """Return the length of a path over its farthest distance from where it starts."""
+    way = np.linalg.norm(motion.place[start : end + 1] - motion.place[start], axis=1)
+    return float(motion.speed[start : end + 1].sum()) / RATE / max(float(way.max()), 1e-9)
+
+
 def _reach(name: str, motion: Motion, course: Course, reading: Reading, share: float) -> Reach:
     """Turn frames into times, after putting the ends where this reach's own speed says."""
     start, end = edges(motion, course, reading, share)
     sure, reason = reading.confidence, reading.reason
     if not motion.seen[start : end + 1].all():
         sure, reason = min(sure, 0.5), "the palm was lost on the way"
+    if _path(motion, start, end) > WANDERS:
+        sure, reason = min(sure, 0.5), "the hand wanders about on the way"
     if end + 1 - start < MIN_FRAMES:
         sure, reason = min(sure, 0.5), f"it is shorter than {MIN_FRAMES} frames"
     time = motion.time

@@ -7,6 +7,7 @@ from handsim.errors import InputError, UnknownNameError
 from handsim.recordings.cutting.find import WHOLE, find_reaches
 from handsim.recordings.cutting.reach import CutOptions
 from handsim.recordings.cutting.readings import pause_probability
+from handsim.recordings.phases import low_pass
 from handsim.recordings.recording import Recording
 
 DEFAULT = CutOptions()
@@ -79,6 +80,10 @@ def test_fidgets_are_no_reaches_and_small_movements_are_doubted(stream) -> None:
     fidget = ((0.15, 0.4), (0.15, 0.5), (0, 0.4), REST)
     found = find_reaches(stream(*ONE, *fidget, *ONE[1:]), DEFAULT)
     assert len(found) == 2
+    settled = (REST, (0.06, 0.3), (0.06, 3.0), GO, HOLD, BACK, REST)
+    found = find_reaches(stream(*settled), DEFAULT)
+    assert len(found) == 1 and found[0].certain
+    assert found[0].start_s == pytest.approx(4.8, abs=0.12)
     half = ((0.38, 0.6), (0.38, 1.0), (0, 0.6), REST)
     found = find_reaches(stream(*ONE, *half, *ONE[1:]), DEFAULT)
     assert [reach.certain for reach in found] == [True, False, True]
@@ -97,6 +102,8 @@ def test_a_recording_that_is_one_reach_comes_back_whole(stream) -> None:
     assert [(r.start_s, r.end_s) for r in found] == [(0, reach.time[-1])]
     assert found[0].reason == WHOLE and found[0].certain
     assert find_reaches(stream(REST, GO, HOLD), DEFAULT)[0].reason != WHOLE
+    there_and_back = stream((0, 0.02), GO, (0.1, 1.2))
+    assert all(each.reason != WHOLE for each in find_reaches(there_and_back, DEFAULT))
 
 
 def test_nothing_is_found_where_the_hand_rests(stream) -> None:
@@ -130,6 +137,32 @@ def test_the_palm_is_followed_where_it_moves_and_turns_without_a_stop(stream) ->
     assert found[1].start_s == pytest.approx(2.9 + 0.129, abs=0.04)
     assert found[1].end_s == pytest.approx(2.9 + 0.871, abs=0.04)
     assert found[1].hold_end_s == pytest.approx(2.9 + 1.4, abs=0.2)
+
+
+def test_turns_on_a_curve_are_found(stream) -> None:
+    """On an ellipse the palm is nowhere slower than 0.3 of its peak, and never stops."""
+
+    def turning(share: np.ndarray) -> np.ndarray:
+        return 2 * np.pi * np.clip(np.arange(len(share)) / 100 - 1.0, 0, 8.0) / 2.0
+
+    ellipse = {
+        "palm_x_m": lambda share: 0.15 * (1 - np.cos(turning(share))),
+        "palm_y_m": lambda share: 0.05 * np.sin(turning(share)),
+        "palm_z_m": lambda share: 0 * share,
+    }
+    found = find_reaches(stream((0, 10.0), channels=ellipse), DEFAULT)
+    assert [r.start_s for r in found] == pytest.approx([1, 3, 5, 7], abs=0.2)
+    assert [r.end_s for r in found] == pytest.approx([2, 4, 6, 8], abs=0.2)
+
+
+def test_a_hand_that_wanders_is_doubted(stream) -> None:
+    walk = low_pass(np.cumsum(np.random.default_rng(1).normal(size=(1500, 22)), axis=0), 100, 1.0)
+    ramp = np.linspace(0, 1, 1500)[:, None]
+    q = 0.02 * walk / np.abs(walk).max() + 0.02 * ramp + 0.1 * np.sin(20 * ramp * np.arange(1, 23))
+    one = Recording("w", np.arange(1500) / 100, q, 1, "s", "o", "t", stream(*ONE).hand)
+    found = find_reaches(one, DEFAULT)
+    assert len(found) == 1 and not found[0].certain
+    assert "wanders" in found[0].reason
 
 
 def test_a_palm_that_is_lost_on_the_way_makes_a_reach_doubtful(stream) -> None:
