@@ -6,7 +6,7 @@ from handsim.recordings.cutting.motion import Motion
 from handsim.recordings.cutting.readings import Reading
 from handsim.recordings.cutting.stops import NOISE_FACTOR, NOISE_LIMIT, Course
 
-CLOSE = 0.05
+CLOSE = 0.03
 """Share of the way within which a hand has the posture of a stop."""
 
 

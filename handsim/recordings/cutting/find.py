@@ -80,7 +80,7 @@ def _joined(touched: list[Reading], spoken: list[Reading]) -> list[Reading]:
     sure = [reading for reading in spoken if reading.confidence >= CERTAIN]
     joined: list[Reading] = []
     for reading in touched:
-        slack = SNAP_S * RATE
+        slack = 2 * SNAP_S * RATE  # the end has been moved to the stop after the event
         held = (s for s in sure if reading.start < s.end < reading.end <= s.hold_end + slack)
         hold = next(held, reading)
         told = reading.told if hold is reading else "neither"

@@ -185,9 +185,9 @@ def test_a_palm_that_stays_where_it_is_is_not_followed(stream) -> None:
 def test_a_channel_ends_the_reach_where_it_first_moves(stream) -> None:
     def latch(share: np.ndarray) -> np.ndarray:
         turned = np.clip(np.arange(len(share)) / 100 - 2.2, 0, 0.5) * 2
-        return turned + 0.02 * (np.arange(len(share)) > 350)  # trembles later
+        return turned + 0.05 * (np.arange(len(share)) > 550)  # trembles later
 
-    door = stream(*ONE, channels={"latch_rad": latch})
+    door = stream(*ONE, *ONE[1:], channels={"latch_rad": latch})
     found = find_reaches(door, CutOptions(channel="latch_rad"))
     assert len(found) == 1 and found[0].certain
     assert found[0].end_s == pytest.approx(2.2, abs=0.03)
@@ -218,6 +218,13 @@ def test_an_object_says_which_stop_is_the_grasp(stream) -> None:
         assert "object" in found[0].reason
 
 
+def test_an_object_that_moves_when_the_hand_goes_back_was_grasped_before(stream) -> None:
+    found = find_reaches(stream(*ONE, channels=lifted(4.35)), DEFAULT)
+    assert [reach.certain for reach in found] == [True]
+    assert found[0].end_s == pytest.approx(2.7, abs=0.15)
+    assert found[0].hold_end_s == pytest.approx(4.2, abs=0.15)
+
+
 def test_a_reach_that_moves_no_object_is_doubtful(stream) -> None:
     twice = stream(*ONE, *ONE[1:], channels=lifted(3.0))
     found = find_reaches(twice, DEFAULT)
@@ -236,7 +243,7 @@ def test_labels_frame_the_reaches(stream) -> None:
 
     def repetitions(share: np.ndarray) -> np.ndarray:
         time = np.arange(len(share)) / 100
-        return np.select([(time > 1.0) & (time < 4.1)], [7.0], 0.0)
+        return np.select([(time > 1.0) & (time < 5.5)], [7.0], 0.0)
 
     found = find_reaches(stream(*ONE, *ONE[1:], channels={"label": repetitions}), DEFAULT)
     assert len(found) == 1  # the second reach has no label
