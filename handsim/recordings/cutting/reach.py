@@ -63,7 +63,7 @@ class Reach:
     hold_end_s
         Where it lets go and returns, or moves on; the end of the recording if it does not [s].
     confidence
-        Estimated probability that this reading is right, 0.5 to 1, where the alternative is the
+        Estimated probability that this reading is right, 0 to 1, where the alternative is the
         second reading or that there is no reach. 1 for times given by hand.
     reason
         What decided, or what speaks against it.
