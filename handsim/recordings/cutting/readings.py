@@ -30,11 +30,13 @@ HOME = 0.5
 HOME_WIDTH = 0.06
 SIZE_WIDTH = 0.05
 PAUSE_STEEPNESS = 2.0
-"""How fast doubt falls with the logarithm of the length of a pause: one of half the permitted length
-is a pause with a probability of 0.8, of a quarter with 0.94, before what comes after it is weighed.
-On streams made of two persons' trials no reach above the confidence of `CERTAIN` then ended wrongly."""
+"""How fast doubt falls with the logarithm of the length of a pause. One of half the permitted
+length is a pause with a probability of 0.8, of a quarter with 0.94, before what follows is weighed. On
+streams made of two persons' trials no reach of confidence `CERTAIN` and more then ended wrongly."""
+TINY = 1e-12
 SHORTEST_HOLD_S = 0.2
-"""With joints alone, a hand that opens and closes at once may have grasped at the second stop."""
+"""Without a palm, a hand that goes and comes back without so long a stop [s] may have reached, or
+opened and closed around something near its posture of rest."""
 
 
 @dataclass(frozen=True)
@@ -97,12 +99,13 @@ def _excursions(motion: Motion, course: Course) -> list[_Excursion]:
     home, distances = 0, list[float]()
     for place in range(1, len(stops)):
         distances.append(_distance(motion, stops[home], stops[place]))
-        share = distances[-1] / max(distances)
+        share = distances[-1] / max(*distances, TINY)
         if share < HOME and not _still_nearing(motion, stops[home], stops[place : place + 2]):
             sure = logistic((HOME - share) / HOME_WIDTH)
-            found.append(_Excursion(home, place, tuple(distances), True, sure))
+            if place > home + 1:  # else it came back to the very same place at once
+                found.append(_Excursion(home, place, tuple(distances), True, sure))
             home, distances = place, []
-    if distances:
+    if distances and max(distances) > TINY:
         found.append(_Excursion(home, len(stops) - 1, tuple(distances), False, 1.0))
     return found
 
@@ -131,6 +134,9 @@ def _reading(motion: Motion, course: Course, excursion: _Excursion, options: Cut
         reason = "the hand stops twice as if it held something"
         other = next(p for p in reversed(away) if p != leave)
         second = (home.last, stops[other].first)
+    if not motion.palm and excursion.returned and hold < SHORTEST_HOLD_S:
+        sure, second = 0.5, (home.last, stops[excursion.last].first)
+        reason = "the hand comes back without a stop; it may have opened and closed"
     for place in range(away.start, leave):
         stop = stops[place]
         onward = _onward(motion, home, stop, stops[leave])

@@ -96,6 +96,15 @@ def test_a_hand_that_opens_wide_and_closes_has_grasped_when_it_stops(stream) -> 
     assert found[0].end_s == pytest.approx(2.8, abs=0.15)
 
 
+def test_opening_and_closing_without_a_stop_is_not_decided(stream) -> None:
+    legs = (REST, (1, 0.8), (0.1, 0.8), (0.1, 1.5))
+    found = find_reaches(stream(*legs), DEFAULT)
+    assert [reach.certain for reach in found] == [False]
+    assert found[0].end_s == pytest.approx(2.3, abs=0.15)
+    assert found[0].second is not None and found[0].second[1] == pytest.approx(3.1, abs=0.15)
+    assert find_reaches(stream(*legs, channels=PALM), DEFAULT)[0].certain  # a palm that goes back
+
+
 def test_a_recording_that_is_one_reach_comes_back_whole(stream) -> None:
     reach = stream((0, 0.02), GO, (1, 0.1))
     found = find_reaches(reach, DEFAULT)
