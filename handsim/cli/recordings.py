@@ -1,13 +1,16 @@
 """`handsim recordings`: other people's files in, a summary out."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
 from handsim.cli.console import Folder, JsonFlag, note, say, say_json, say_table, writable
+from handsim.cli.cutting import PICTURES, cut
 
 app = typer.Typer()
+app.command()(cut)
 
 _LIGHTS = {"green": "ok", "amber": "look", "red": "STOP"}
 
@@ -107,13 +110,14 @@ def info(
     from handsim.recordings.contents import summarise
 
     if plot is not None:
-        writable(plot, ".png")
+        writable(plot, *PICTURES)
     recordings = read_any_recordings(folder)
     summary = summarise(recordings)
     if plot is not None:
-        from handsim.viewing.figures.recordings_figure import draw_recordings
+        from handsim.viewing.figures.recordings_figure import recordings_figure
+        from handsim.viewing.figures.style import save_picture
 
-        draw_recordings(recordings, plot)
+        save_picture(recordings_figure(recordings), plot)
         note(f"wrote {plot}")
     if json:
         say_json(summary)
@@ -123,8 +127,11 @@ def info(
 
 def _say_summary(summary: dict[str, Any]) -> None:
     ranges, rows = summary.pop("out_of_range"), summary.pop("recordings")
+    medians = summary.pop("median_reach")
     for key, value in summary.items():
         say(f"{key:>21}  {value}")
+    known = [f"{name} {value:.3g}" for name, value in medians.items() if math.isfinite(value)]
+    say(f"{'median_reach':>21}  {', '.join(known)}")
     say_table(
         ("joint out of range", "frames", "least [deg]", "greatest [deg]"),
         [

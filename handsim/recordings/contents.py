@@ -7,6 +7,7 @@ import numpy as np
 from handsim.joints import JOINT_NAMES, LOWER, UPPER
 from handsim.recordings.plausibility import Anomaly, anomalies
 from handsim.recordings.recording import Recording, RecordingSet
+from handsim.recordings.statistics import median_statistics, reach_statistics
 
 
 def summarise(recordings: RecordingSet) -> dict[str, Any]:
@@ -18,7 +19,8 @@ def summarise(recordings: RecordingSet) -> dict[str, Any]:
         ``n_recordings``, ``n_frames``, ``subjects``, ``objects`` and ``tasks`` (name to count),
         ``duration_s`` and ``rate_hz`` (least, median, greatest), ``hand_sizes_m`` (the different
         pairs of length and breadth), ``n_frames_out_of_range`` and ``out_of_range`` (joint to
-        frames outside its range and to the extreme angles [deg]), ``recordings`` (for each
+        frames outside its range and to the extreme angles [deg]), ``median_reach``
+        (medians of `statistics.ReachStatistics`; NaN where not known), ``recordings`` (for each
         ``name``, ``frames``, ``duration_s``, ``rate_hz``, ``side``, ``light``, ``notes`` and
         ``warnings``: ``kind``, ``severity``, ``joint``, ``value``, ``limit``, ``message``).
     """
@@ -44,6 +46,7 @@ def summarise(recordings: RecordingSet) -> dict[str, Any]:
         "hand_sizes_m": [list(size) for size in _hand_sizes(recordings)],
         "n_frames_out_of_range": int(outside.any(axis=1).sum()),
         "out_of_range": joints,
+        "median_reach": median_statistics([reach_statistics(r) for r in recordings]),
         "recordings": _each(recordings),
     }
 

@@ -173,7 +173,8 @@ def read_table(path: Path, *, header: bool = True, words: bool = False) -> Table
     kept = [(i, line) for i, line in enumerate(lines, start=1) if _is_content(line)]
     if not kept:
         raise FileError(f"{path}: is empty; its first row must name the columns")
-    separator = _separator([line for _, line in kept])
+    # Words may hold any sign; the names of their columns hold none that divides.
+    separator = _separator([line for _, line in (kept[:1] if words else kept)])
     first = 1 if words else _first_row(kept, separator)
     names, units, header_line = _header(kept[:first], separator)
     if header and not names:

@@ -258,7 +258,12 @@ def _on_one_side(recordings: list[Recording]) -> list[Recording]:
 def _index_text(recordings: RecordingSet) -> str:
     """Return ``experiments.csv``; ``session`` and ``notes`` only where there are any."""
     told = [
-        {"side": r.hand.side, "session": r.session, "notes": "; ".join(r.notes)} for r in recordings
+        {
+            "side": r.hand.side,
+            "session": r.session,
+            "notes": "; ".join(n.replace(";", ",") for n in r.notes),
+        }
+        for r in recordings
     ]
     said = [name for name in SAID_COLUMNS if name == "side" or any(each[name] for each in told)]
     extra = list(dict.fromkeys(name for r in recordings for name in r.extra))

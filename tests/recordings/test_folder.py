@@ -190,7 +190,7 @@ def test_channels_session_extra_columns_and_notes_come_back(tmp_path: Path) -> N
         session="tuesday, morning",
         channels={"palm_x_m": channel, "label": np.ones(len(one.time))},
         extra={"rate_hz": "100", "lab": "a, b"},
-        notes=("bridged 4 frames of index_mcp", "cut"),
+        notes=("bridged 4 frames of index_mcp", "cut out, a, b", "from 1 to 2 s"),
     )
     write_recordings(RecordingSet((written, recording("b", seed=3))), tmp_path / "R")
     header = (tmp_path / "R" / "a.csv").read_text().splitlines()[0]

@@ -31,8 +31,9 @@ HOME_WIDTH = 0.06
 SIZE_WIDTH = 0.05
 PAUSE_STEEPNESS = 2.0
 """How fast doubt falls with the logarithm of the length of a pause. One of half the permitted
-length is a pause with a probability of 0.8, of a quarter with 0.94, before what follows is weighed. On
-streams made of two persons' trials no reach of confidence `CERTAIN` and more then ended wrongly."""
+length is a pause with a probability of 0.8, of a quarter with 0.94, before what follows is weighed.
+On streams made of two persons' trials no reach of confidence `CERTAIN` and more then ended
+wrongly."""
 TINY = 1e-12
 SHORTEST_HOLD_S = 0.2
 """Without a palm, a hand that goes and comes back without so long a stop [s] may have reached, or
