@@ -1,8 +1,10 @@
 """Text tables as spreadsheets and loggers of any country write them.
 
-Found by themselves: the encoding (UTF-8, UTF-16 with its mark, Windows-1252), the separator, a
-decimal comma, comment lines, empty lines, and a row of units under the header. Lines are counted
-as a text editor counts them, so that a message names the line that has to be mended.
+Found by themselves: the encoding (UTF-8, UTF-16 with its mark or without, Windows-1252), the
+separator, decimal commas and groups of thousands (`handsim.recordings.columns.cells`), comment
+lines, lines about the recording above the table, empty lines, quotes, and a row of units under the
+header. A header may stand in the last comment line. Lines are counted as a text editor counts them,
+so that a message names the line that has to be mended.
 """
 
 import codecs
@@ -19,6 +21,7 @@ import numpy as np
 from handsim.disk import naming
 from handsim.errors import FileError
 from handsim.files import is_file
+from handsim.recordings.columns.cells import column_numbers
 from handsim.types import Array, Index
 
 MAX_TABLE_BYTES = 512 * 1024**2
@@ -29,10 +32,13 @@ _NAMES = {"\t": "tab", ";": "semicolon", "|": "bar", ",": "comma", " ": "space"}
 _LOOKED_AT = 60  # lines from which the separator is found
 _UNITS = frozenset(
     {"", "s", "sec", "ms", "us", "hz", "deg", "degree", "degrees", "°", "rad", "count", "counts"}
-    | {"raw", "m", "cm", "mm", "n", "v", "mv", "-", "1"}
+    | {"raw", "m", "cm", "mm", "n", "v", "mv", "uv", "-", "1", "grad", "º", "radians", "seconds"}
+    | {"milliseconds", "adc", "g", "m/s^2", "deg/s"}
 )
 _EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "missing"})
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_QUOTED_COMMA = re.compile(r'"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)"')
+_QUOTED_OR_NOT = re.compile(r'"([^"]*)"|(\S+)')
 _NUMBER = re.compile(
     r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE
 )
@@ -95,17 +101,7 @@ class Table:
         FileError
             If a row has more or fewer cells than the header; the message names its line.
         """
-        n = self.n_columns
-        rows: list[list[str]] = []
-        for i in range(len(self)):
-            cells = self.cells(i)
-            if len(cells) != n:
-                raise FileError(
-                    f"{self.path}: row {self.numbers[i]} has {len(cells)} values for {n} columns; "
-                    "complete it"
-                )
-            rows.append([cells[j] for j in columns])
-        return rows
+        return [[cells[j] for j in columns] for cells in map(self._whole, range(len(self)))]
 
     def values(self, columns: Sequence[int]) -> Array:
         """Return some columns as numbers, (n, len(columns)); NaN where a cell holds none.
@@ -115,36 +111,58 @@ class Table:
         FileError
             If a row has more or fewer cells than the header; the message names its line.
         """
-        try:
-            values = np.loadtxt(
-                self._plain, delimiter=self._delimiter, comments=None, ndmin=2, dtype=float
-            )
-            if values.shape == (len(self), self.n_columns):
-                return values[:, list(columns)]
-        except ValueError:
-            pass  # a cell that is no number, or a row of another length: cell by cell then
-        values = np.full((len(self), len(columns)), np.nan)
-        for i, cells in enumerate(self.texts(columns)):
-            values[i] = [self.number(cell) for cell in cells]
+        plain = self._plain
+        if plain is not None:
+            try:
+                values = np.loadtxt(
+                    plain, delimiter=self._delimiter, comments=None, ndmin=2, dtype=float
+                )
+                if values.shape == (len(self), self.n_columns):
+                    return values[:, list(columns)]
+            except ValueError:
+                pass  # a cell that is no number, or a row of another length: cell by cell then
+        rows = self.texts(columns)
+        values = np.empty((len(self), len(columns)))
+        for j in range(len(columns)):
+            values[:, j] = column_numbers([cells[j] for cells in rows], self.decimal_comma)
         return values
 
-    def number(self, cell: str) -> float:
-        """Return the number in a cell, NaN where it holds none."""
-        try:
-            return float(cell.replace(",", ".") if self.decimal_comma else cell)
-        except ValueError:
-            return np.nan
+    def _whole(self, row: int) -> list[str]:
+        """Return the cells of a row that has as many as it must; an empty one more is let go."""
+        cells, n = self.cells(row), self.n_columns
+        if len(cells) == n + 1 and not cells[-1]:
+            return cells[:-1]
+        if len(cells) != n:
+            commas = self.separator == "," and len(cells) in (2 * n, 2 * n - 1)
+            remedy = "separate cells by semicolons where commas are decimal signs"
+            raise FileError(
+                f"{self.path}: row {self.numbers[row]} has {len(cells)} values for {n} columns; "
+                f"{remedy if commas and n > 1 else 'complete it'}"
+            )
+        return cells
 
     @property
     def _delimiter(self) -> str | None:
         return None if self.separator == " " else self.separator
 
     @cached_property
-    def _plain(self) -> Sequence[str]:
-        """The lines with decimal points and without quotes, as NumPy's reader takes them."""
-        if self.decimal_comma and self.separator != ",":
-            return [line.replace(",", ".") for line in self.lines]
-        return self.lines
+    def _plain(self) -> list[str] | None:
+        """The lines as NumPy's reader takes them; None where only cell by cell will do."""
+        lines, sign = list(self.lines), self.separator
+        if any('"' in line for line in lines):
+            if sign == ",":
+                lines = [_QUOTED_COMMA.sub(r"\1.\2", line) for line in lines]
+            lines = [line.replace('"', "") for line in lines]
+        if sign != ",":
+            if self.decimal_comma and any("." in line for line in lines):
+                return None  # thousands, or points in one of the columns
+            if not self.decimal_comma and any("," in line for line in lines):
+                return None
+            if self.decimal_comma:
+                lines = [line.replace(",", ".") for line in lines]
+        if sign != " ":
+            lines = [_filled(line, sign) if sign + sign in line else line for line in lines]
+        return lines
 
 
 def is_missing(cell: str) -> bool:
@@ -169,28 +187,32 @@ def read_table(path: Path, *, header: bool = True, words: bool = False) -> Table
         If the file is missing, too large, a workbook, no text or empty, or has no row of names.
     """
     path = Path(path)
-    lines = _decoded(path).splitlines()
+    text = _decoded(path)
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = text.split("\n")
     kept = [(i, line) for i, line in enumerate(lines, start=1) if _is_content(line)]
     if not kept:
         raise FileError(f"{path}: is empty; its first row must name the columns")
     separator = _separator([line for _, line in kept])
     first = 1 if words else _first_row(kept, separator)
     names, units, header_line = _header(kept[:first], separator)
+    if not names and first < len(kept):
+        names, header_line = _commented_header(lines, kept[first], separator)
     if header and not names:
         raise FileError(
             f"{path}: row {kept[0][0]} holds no names of columns; give a header as the first row"
         )
-    body = kept[first:]
-    comma = separator != "," and _has_decimal_comma([line for _, line in body], separator)
+    body = [line for _, line in kept[first:]]
     return Table(
         path=path,
         header=names,
         units=units,
-        lines=tuple(line for _, line in body),
-        numbers=np.array([i for i, _ in body], dtype=np.int64),
+        lines=tuple(body),
+        numbers=np.array([i for i, _ in kept[first:]], dtype=np.int64),
         header_line=header_line,
         separator=separator,
-        decimal_comma=comma,
+        decimal_comma=_has_decimal_comma(body, separator),
     )
 
 
@@ -206,6 +228,8 @@ def _decoded(path: Path) -> str:
         raise FileError(f"{path}: is a workbook or an archive, not text; export the sheet as CSV")
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         encodings = ("utf-16",)
+    elif b"\0" in data[:200]:  # the high halves of what Latin letters are in UTF-16
+        encodings = ("utf-16-le",) if data[1:2] == b"\0" else ("utf-16-be",)
     else:
         encodings = ("utf-8-sig", "cp1252")
     for encoding in encodings:
@@ -225,13 +249,20 @@ def _is_content(line: str) -> bool:
 
 def _cells(line: str, separator: str) -> list[str]:
     if separator == " ":
-        return line.split()
+        if '"' not in line:
+            return line.split()
+        return [quoted or bare for quoted, bare in _QUOTED_OR_NOT.findall(line)]
     if '"' in line:
         try:
             return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
         except (csv.Error, StopIteration):
             pass
     return [cell.strip() for cell in line.split(separator)]
+
+
+def _filled(line: str, separator: str) -> str:
+    """Return a line with ``nan`` in the empty cells between others."""
+    return separator.join(cell if cell.strip() else "nan" for cell in line.split(separator))
 
 
 def _separator(lines: list[str]) -> str:
@@ -258,15 +289,32 @@ def _is_number(cell: str) -> bool:
 def _first_row(kept: list[tuple[int, str]], separator: str) -> int:
     """Return the place of the first row of values.
 
-    It is the first of which most cells are numbers, and at least one is no missing value.
+    It is the first of which most cells are numbers, and at least one is no missing value. It has
+    more than half as many cells as most rows: texts about the recording have numbers, too.
     """
-    for i, (_, line) in enumerate(kept[: _LOOKED_AT + 1]):
-        cells = _cells(line, separator)
+    looked_at = [_cells(line, separator) for _, line in kept[: _LOOKED_AT + 1]]
+    usual = Counter(map(len, looked_at)).most_common(1)[0][0]
+    for i, cells in enumerate(looked_at):
         numbers = sum(map(_is_number, cells))
         real = sum(bool(_NUMBER.fullmatch(cell.strip())) for cell in cells)
-        if numbers > len(cells) / 2 and real and len(cells) > 1:
+        if numbers > len(cells) / 2 and real and len(cells) > max(1, usual / 2):
             return i
     return 1
+
+
+def _commented_header(
+    lines: list[str], first: tuple[int, str], separator: str
+) -> tuple[tuple[str, ...], int]:
+    """Return the names in the last comment line above the first row, as NumPy writes them."""
+    number, row = first
+    for i in range(number - 1, max(0, number - _LOOKED_AT), -1):
+        line = lines[i - 1].strip().lstrip("\ufeff")
+        if line.startswith(COMMENTS):
+            names = _cells(line.lstrip("#%/ \t"), separator)
+            if len(names) == len(_cells(row, separator)) and not any(map(_is_number, names)):
+                return tuple(names), i
+            return (), 0
+    return (), 0
 
 
 def _header(
@@ -288,6 +336,11 @@ def _is_unit(cell: str) -> bool:
 
 
 def _has_decimal_comma(lines: list[str], separator: str) -> bool:
-    cells = [cell for line in lines[:_LOOKED_AT] for cell in _cells(line, separator)]
+    """Whether decimals are divided by commas, by the first lines that show it."""
+    if separator == ",":
+        showing = [line for line in lines if '"' in line]
+    else:
+        showing = [line for line in lines if "," in line or "." in line]
+    cells = [cell for line in showing[:_LOOKED_AT] for cell in _cells(line, separator)]
     commas = sum(bool(_DECIMAL_COMMA.fullmatch(cell)) for cell in cells)
     return commas > sum("." in cell and _is_number(cell) for cell in cells)
