@@ -1,7 +1,7 @@
-"""`handsim recordings calibrate`: from counts of a glove to angles."""
+"""`handsim recordings map` and `calibrate`: what columns are, and from counts to angles."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -9,6 +9,29 @@ from handsim.cli.console import note, say_table, writable
 
 if TYPE_CHECKING:
     from handsim.recordings.glove.calibration import GloveCalibration
+
+
+def map_(
+    file: Annotated[Path, typer.Argument(help="Table of joint angles or of counts.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Map to write (.toml).")],
+    side: Annotated[
+        Literal["right", "left"] | None, typer.Option(help="Which hand, if there are two.")
+    ] = None,
+    units: Annotated[
+        Literal["deg", "rad", "counts"] | None, typer.Option(help="Units of the angles.")
+    ] = None,
+) -> None:
+    """Draft what each column of a table is, by the likeness of names, to be corrected."""
+    from handsim.files import write_text
+    from handsim.recordings.columns.draft import draft_map
+
+    writable(output, ".toml")
+    text = draft_map(file, side, units)
+    write_text(output, text)
+    for line in text.splitlines():
+        if line.startswith("# to decide: "):
+            note(line.removeprefix("# "))
+    note(f"wrote {output}")
 
 
 def calibrate(

@@ -5,9 +5,12 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from handsim.cli.calibrating import calibrate, map_
 from handsim.cli.console import Folder, JsonFlag, note, say, say_json, say_table, writable
 
 app = typer.Typer()
+app.command("map")(map_)
+app.command()(calibrate)
 
 _LIGHTS = {"green": "ok", "amber": "look", "red": "STOP"}
 

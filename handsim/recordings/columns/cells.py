@@ -28,10 +28,11 @@ def column_numbers(cells: Sequence[str], decimal_comma: bool) -> Array:
     decimal_comma
         Whether the file as a whole has decimal commas.
     """
-    try:
-        return np.array(cells, dtype=float)
-    except ValueError:
-        pass
+    if not decimal_comma or not any("." in cell for cell in cells):
+        try:
+            return np.array(cells, dtype=float)
+        except ValueError:
+            pass
     tidy = [_BLANKS.sub("", cell.translate(_TIDY)).strip() for cell in cells]
     sign, other = (",", ".") if decimal_comma else (".", ",")
     if any(other in cell for cell in tidy):

@@ -10,13 +10,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from handsim.errors import FileError, InputError
-from handsim.joints import JOINT_NAMES, N_JOINTS
+from handsim.joints import JOINT_NAMES, LOWER, N_JOINTS, UPPER
 from handsim.recordings.gaps import bridge
 from handsim.recordings.posture_file import DIP_JOINTS, DIP_OF_PIP
 from handsim.recordings.recording import Recording, check_frames
 from handsim.types import Array, HandSize, Index
 
 _TURN = 360.0
+_MIDDLES = np.rad2deg(LOWER + UPPER) / 2
 
 
 def _no_cell(_row: int, _joint: int) -> str:
@@ -195,7 +196,7 @@ def _with_times(frames: Frames) -> Frames:
 
 
 def _unwrapped(frames: Frames) -> Frames:
-    """Return frames without jumps of about 360 deg, each joint within half a turn on the median."""
+    """Return frames without jumps of about 360 deg, joints as near their ranges as turns do."""
     angles, notes = np.array(frames.angles), list[str]()
     for joint in range(N_JOINTS):
         known = np.isfinite(angles[:, joint])
@@ -203,7 +204,7 @@ def _unwrapped(frames: Frames) -> Frames:
         if not column.size or np.abs(column).max() > 1e6:
             continue
         smooth = np.unwrap(column, period=_TURN)
-        smooth -= _TURN * np.round(np.median(smooth) / _TURN)
+        smooth -= _TURN * np.round((np.median(smooth) - _MIDDLES[joint]) / _TURN)
         changed = np.abs(smooth - column) > 1.0
         if changed.any():
             angles[known, joint] = smooth

@@ -181,6 +181,8 @@ def _of_finger(
     finger = fingers[0]
     if finger == "thumb":
         return _of_thumb(kinds, numbers)
+    if fingers == ["little"] and "cmc" in kinds:
+        return {"palm_arch": 0.9}
     if "spread" in kinds or "deviation" in kinds:
         return _of_spreading(fingers)
     if kinds >= {"mcp", "ip"} and "proximal" in words:
@@ -191,8 +193,6 @@ def _of_finger(
         place = "pip"
     if place is not None:
         return {f"{finger}_{place}": 1.0}
-    if finger == "little" and "cmc" in kinds:
-        return {"palm_arch": 0.9}
     if len(numbers) == 1 and 1 <= numbers[0] <= 3:
         return {f"{finger}_{_PLACES[numbers[0] - 1]}": 0.7}
     return {f"{finger}_mcp": 0.4}
@@ -212,5 +212,5 @@ def _of_thumb(kinds: set[str], numbers: list[int]) -> dict[str, float]:
     if said is not None:
         return said
     if len(numbers) == 1 and 1 <= numbers[0] <= 3:
-        return {f"thumb_{('rotation', 'mcp', 'ip')[numbers[0] - 1]}": 0.6}
+        return {f"thumb_{('rotation', 'mcp', 'ip')[numbers[0] - 1]}": 0.7}
     return {"thumb_mcp": 0.4}

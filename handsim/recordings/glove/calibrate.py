@@ -2,7 +2,8 @@
 
 **Postures.** The person holds a few postures, a file each. Of each its angles are stated, by a name
 of `POSTURES` or by the user. Gain and offset of a sensor are the least squares over the frames of
-all postures that state its joint, each posture with the same weight; the residual is the rms error
+all postures that state its joint, each posture with the same weight, those
+in which the sensor is at an end of its counts (0 or 255) left out; the residual is the rms error
 over them, the jitter of holding included. With two postures of different angles the means are met
 exactly, so that the residual tells the jitter alone.
 
@@ -30,6 +31,8 @@ from handsim.types import Array
 
 MIN_COUNTS = 5.0
 """Least travel of a sensor [counts] by which it is calibrated."""
+_MOST_HELD = 10.0  # difference of angles that a sensor may leave unseen [deg]
+_END = 255.0  # of the counts of 8 bits
 _SPREAD_FLEXIONS = {f"{finger}_{place}": 0.0 for finger in FINGERS[1:]
                     for place in ("mcp", "pip", "dip")}  # fmt: skip
 _FIST = {"mcp": 85.0, "pip": 110.0, "dip": 65.0}
@@ -109,7 +112,7 @@ def calibrate_postures(postures: Sequence[HeldPosture]) -> GloveCalibration:
     for joint, name in enumerate(JOINT_NAMES):
         columns = [(p.counts[:, joint], p.angles[name]) for p in postures if name in p.angles]
         columns = [(c[np.isfinite(c)], angle) for c, angle in columns]
-        columns = [(c, angle) for c, angle in columns if c.size]
+        columns = _within([(c, angle) for c, angle in columns if c.size])
         if not any(np.isfinite(p.counts[:, joint]).any() for p in postures):
             how.append("none")
             continue
@@ -117,8 +120,7 @@ def calibrate_postures(postures: Sequence[HeldPosture]) -> GloveCalibration:
             seen[joint] = _seen(np.concatenate([c for c, _ in columns]))
         fit = _fit(columns)
         if fit is None:
-            angles = [angle for _, angle in columns]
-            offset[joint] = float(np.mean(angles)) if angles else 0.0
+            offset[joint] = _held(name, [angle for _, angle in columns])
             how.append("held")
             continue
         gain[joint], offset[joint], residual[joint] = fit
@@ -254,6 +256,23 @@ def _counts(file: Path, rows: tuple[float, float] | None, section: Section | Non
 def _seen(counts: Array) -> tuple[float, float]:
     known = counts[np.isfinite(counts)]
     return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+
+
+def _held(name: str, angles: Sequence[float]) -> float:
+    """Return the angle of a sensor that hardly moved."""
+    if angles and max(angles) - min(angles) > _MOST_HELD:
+        raise InputError(
+            f"{name}: stated angles from {min(angles):g} to {max(angles):g} deg, but the sensor "
+            f"moved by less than {MIN_COUNTS:g} counts; correct the angles, or look after the "
+            "sensor"
+        )
+    return float(np.mean(angles)) if angles else 0.0
+
+
+def _within(columns: list[tuple[Array, float]]) -> list[tuple[Array, float]]:
+    """Leave out postures in which a sensor is at the end of its counts, if two others are left."""
+    inside = [(c, angle) for c, angle in columns if 0 < np.median(c) < _END]
+    return inside if len(inside) >= 2 else columns
 
 
 def _fit(columns: Sequence[tuple[Array, float]]) -> tuple[float, float, float] | None:

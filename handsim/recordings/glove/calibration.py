@@ -20,6 +20,8 @@ from handsim.types import Array
 KIND, SCHEMA = "handsim glove calibration", 1
 How = Literal["postures", "ranges", "held", "none"]
 HOWS: tuple[How, ...] = ("postures", "ranges", "held", "none")
+COARSE = 2.5
+"""Gain above which a joint was not moved through its range; usual are 0.5 to 1.5 [deg/count]."""
 _BEYOND, _MARGIN = 0.05, 0.25
 _KEYS = ("joint", "sensor", "by", "gain_deg", "offset_deg", "residual_deg", "counts")
 
@@ -80,6 +82,13 @@ class GloveCalibration:
         held = [j.name for j, how in zip(JOINTS, self.how, strict=True) if how == "held"]
         parts += [f"rms residual {self.rms:.2g} deg"] if np.isfinite(self.rms) else []
         parts += ["residual not known"] if not np.isfinite(self.rms) else []
+        coarse = [
+            JOINTS[i].name
+            for i, how in enumerate(self.how)
+            if how == "ranges" and self.gain[i] > COARSE
+        ]
+        if coarse:
+            parts.append(f"coarse, moved little or not through the whole range: {' '.join(coarse)}")
         return ", ".join([*parts, *([f"held constant: {', '.join(held)}"] if held else [])])
 
     def angles(self, counts: Array) -> Array:

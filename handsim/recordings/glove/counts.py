@@ -34,6 +34,7 @@ SENSORS: dict[int, tuple[str, ...]] = {
 """Joints of the columns of gloves of 22 and of 18 sensors, in the maker's order."""
 MAX_COUNT = 4095.0
 _MOST_BEFORE = 2
+_STATES = 16  # of the glove: its switch, its light
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ def _places_by_order(table: Table) -> tuple[Sequence[str], int]:
     for count, names in SENSORS.items():
         before = n - count
         if 0 <= before <= _MOST_BEFORE:
-            if before and _is_status(table, n - 1):
+            if before and _is_status(table, before):
                 before -= 1
             return names, before
     counts = " or ".join(map(str, sorted(SENSORS)))
@@ -151,15 +152,17 @@ def _places_by_order(table: Table) -> tuple[Sequence[str], int]:
     )
 
 
-def _is_status(table: Table, place: int) -> bool:
-    """Whether a last column is the glove's status and the first is no time."""
-    values = table.values([0, place])
-    first, last = values[:, 0], values[:, 1]
+def _is_status(table: Table, before: int) -> bool:
+    """Whether the last column is the glove's status, and one fewer stand before the sensors.
+
+    It is constant and small, and what would be the last column of time does not rise.
+    """
+    values = table.values([before - 1, table.n_columns - 1])
+    time, last = values[:, 0], values[:, 1]
     with np.errstate(over="ignore", invalid="ignore"):
-        rises = bool((np.diff(first) >= 0).all()) and first[-1] > first[0]
-    return bool((last == last[0]).all()) and last[0] < 16 and not rises and (
-        not is_clock(table.cells(0)[0])
-    )  # fmt: skip
+        rises = bool((np.diff(time) >= 0).all()) and time[-1] > time[0]
+    constant = bool((last == last[0]).all()) and last[0] < _STATES
+    return constant and not rises and not is_clock(table.cells(0)[before - 1])
 
 
 def _times(table: Table, before: int) -> tuple[Array | None, int | None, list[str]]:

@@ -76,9 +76,10 @@ def _found(table: Table, options: ImportOptions) -> ColumnMap:
     guess = guess_map(table, options.side, options.units)
     if guess.doubts:
         more = f" and {len(guess.doubts) - 2} more" if len(guess.doubts) > 2 else ""
+        row = f"row {table.header_line}: " if table.header else ""
         divided = f" ({table.found})" if table.found else ""
         raise FileError(
-            f"{table.path}: row {table.header_line}: columns are not certain{divided}: "
+            f"{table.path}: {row}columns are not certain{divided}: "
             f"{'; '.join(guess.doubts[:2])}{more}; draft a map to correct with "
             f"`handsim recordings map {table.path} -o {table.path.stem}.toml` and give it by --map"
         )
@@ -198,7 +199,8 @@ def _left_out(table: Table, places: Sequence[int], found: ColumnMap) -> list[str
     """Say which columns of the table are not used."""
     used = {*places, _time_place(table, found)}
     names = [name for i, name in enumerate(table.header) if name and i not in used]
-    return [f"columns ignored: {', '.join(names)}"] if names else []
+    more = f" and {len(names) - 6} more" if len(names) > 6 else ""
+    return [f"columns ignored: {', '.join(names[:6])}{more}"] if names else []
 
 
 LAYOUT = Layout(
