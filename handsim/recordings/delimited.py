@@ -8,12 +8,8 @@ so that a message names the line that has to be mended.
 """
 
 import codecs
-import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +17,12 @@ import numpy as np
 from handsim.disk import naming
 from handsim.errors import FileError
 from handsim.files import is_file
-from handsim.recordings.columns.cells import column_numbers
-from handsim.types import Array, Index
+from handsim.recordings.columns.text_table import Table, cells_of
 
 MAX_TABLE_BYTES = 512 * 1024**2
 """Size above which a table is refused; ten minutes of 22 angles at 1 kHz take 150 MB."""
 COMMENTS = ("#", "%", "//")
 _SEPARATORS = ("\t", ";", "|", ",", " ")
-_NAMES = {"\t": "tab", ";": "semicolon", "|": "bar", ",": "comma", " ": "space"}
 _LOOKED_AT = 60  # lines from which the separator is found
 _UNITS = frozenset(
     {"", "s", "sec", "ms", "us", "hz", "deg", "degree", "degrees", "°", "rad", "count", "counts"}
@@ -37,132 +31,9 @@ _UNITS = frozenset(
 )
 _EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "missing"})
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-_QUOTED_COMMA = re.compile(r'"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)"')
-_QUOTED_OR_NOT = re.compile(r'"([^"]*)"|(\S+)')
 _NUMBER = re.compile(
     r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Table:
-    """A text table, its cells not yet turned into numbers.
-
-    Attributes
-    ----------
-    path
-    header
-        Names of the columns without blanks around them; empty where the file has none.
-    units
-        The row of units under the header, or None.
-    lines
-        The lines of the body as they stand in the file.
-    numbers
-        Number of each of these lines in the file, from 1.
-    header_line
-        Number of the header's line; 0 without one.
-    separator, decimal_comma
-        How cells and decimals are divided.
-    """
-
-    path: Path
-    header: tuple[str, ...]
-    units: tuple[str, ...] | None
-    lines: tuple[str, ...]
-    numbers: Index
-    header_line: int
-    separator: str
-    decimal_comma: bool
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.lines)
-
-    @property
-    def n_columns(self) -> int:
-        """Number of columns, by the header or the first row."""
-        return len(self.header) or len(self.cells(0))
-
-    @property
-    def found(self) -> str:
-        """What was found about the layout, in words; empty for commas and decimal points."""
-        said = [] if self.separator == "," else [f"separated by {_NAMES[self.separator]}"]
-        return " and ".join([*said, *(["with decimal commas"] if self.decimal_comma else [])])
-
-    def cells(self, row: int) -> list[str]:
-        """Return the cells of a row, from 0, as they stand in the file."""
-        return _cells(self.lines[row], self.separator)
-
-    def texts(self, columns: Sequence[int]) -> list[list[str]]:
-        """Return the cells of some columns of every row.
-
-        Raises
-        ------
-        FileError
-            If a row has more or fewer cells than the header; the message names its line.
-        """
-        return [[cells[j] for j in columns] for cells in map(self._whole, range(len(self)))]
-
-    def values(self, columns: Sequence[int]) -> Array:
-        """Return some columns as numbers, (n, len(columns)); NaN where a cell holds none.
-
-        Raises
-        ------
-        FileError
-            If a row has more or fewer cells than the header; the message names its line.
-        """
-        plain = self._plain
-        if plain is not None:
-            try:
-                values = np.loadtxt(
-                    plain, delimiter=self._delimiter, comments=None, ndmin=2, dtype=float
-                )
-                if values.shape == (len(self), self.n_columns):
-                    return values[:, list(columns)]
-            except ValueError:
-                pass  # a cell that is no number, or a row of another length: cell by cell then
-        rows = self.texts(columns)
-        values = np.empty((len(self), len(columns)))
-        for j in range(len(columns)):
-            values[:, j] = column_numbers([cells[j] for cells in rows], self.decimal_comma)
-        return values
-
-    def _whole(self, row: int) -> list[str]:
-        """Return the cells of a row that has as many as it must; an empty one more is let go."""
-        cells, n = self.cells(row), self.n_columns
-        if len(cells) == n + 1 and not cells[-1]:
-            return cells[:-1]
-        if len(cells) != n:
-            commas = self.separator == "," and len(cells) in (2 * n, 2 * n - 1)
-            remedy = "separate cells by semicolons where commas are decimal signs"
-            raise FileError(
-                f"{self.path}: row {self.numbers[row]} has {len(cells)} values for {n} columns; "
-                f"{remedy if commas and n > 1 else 'complete it'}"
-            )
-        return cells
-
-    @property
-    def _delimiter(self) -> str | None:
-        return None if self.separator == " " else self.separator
-
-    @cached_property
-    def _plain(self) -> list[str] | None:
-        """The lines as NumPy's reader takes them; None where only cell by cell will do."""
-        lines, sign = list(self.lines), self.separator
-        if any('"' in line for line in lines):
-            if sign == ",":
-                lines = [_QUOTED_COMMA.sub(r"\1.\2", line) for line in lines]
-            lines = [line.replace('"', "") for line in lines]
-        if sign != ",":
-            if self.decimal_comma and any("." in line for line in lines):
-                return None  # thousands, or points in one of the columns
-            if not self.decimal_comma and any("," in line for line in lines):
-                return None
-            if self.decimal_comma:
-                lines = [line.replace(",", ".") for line in lines]
-        if sign != " ":
-            lines = [_filled(line, sign) if sign + sign in line else line for line in lines]
-        return lines
 
 
 def is_missing(cell: str) -> bool:
@@ -247,24 +118,6 @@ def _is_content(line: str) -> bool:
     return bool(stripped) and not stripped.startswith(COMMENTS)
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    if separator == " ":
-        if '"' not in line:
-            return line.split()
-        return [quoted or bare for quoted, bare in _QUOTED_OR_NOT.findall(line)]
-    if '"' in line:
-        try:
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-        except (csv.Error, StopIteration):
-            pass
-    return [cell.strip() for cell in line.split(separator)]
-
-
-def _filled(line: str, separator: str) -> str:
-    """Return a line with ``nan`` in the empty cells between others."""
-    return separator.join(cell if cell.strip() else "nan" for cell in line.split(separator))
-
-
 def _separator(lines: list[str]) -> str:
     """Return what divides the last of the lines looked at most evenly.
 
@@ -274,7 +127,7 @@ def _separator(lines: list[str]) -> str:
     looked_at = lines[: _LOOKED_AT + 1][-_LOOKED_AT // 2 :]
     best, most = ",", 0.0
     for separator in _SEPARATORS:
-        counts = Counter(len(_cells(line, separator)) for line in looked_at)
+        counts = Counter(len(cells_of(line, separator)) for line in looked_at)
         count, times = counts.most_common(1)[0]
         even = times / len(looked_at)
         if count > 1 and even > most + 0.2:
@@ -292,7 +145,7 @@ def _first_row(kept: list[tuple[int, str]], separator: str) -> int:
     It is the first of which most cells are numbers, and at least one is no missing value. It has
     more than half as many cells as most rows: texts about the recording have numbers, too.
     """
-    looked_at = [_cells(line, separator) for _, line in kept[: _LOOKED_AT + 1]]
+    looked_at = [cells_of(line, separator) for _, line in kept[: _LOOKED_AT + 1]]
     usual = Counter(map(len, looked_at)).most_common(1)[0][0]
     for i, cells in enumerate(looked_at):
         numbers = sum(map(_is_number, cells))
@@ -310,8 +163,8 @@ def _commented_header(
     for i in range(number - 1, max(0, number - _LOOKED_AT), -1):
         line = lines[i - 1].strip().lstrip("\ufeff")
         if line.startswith(COMMENTS):
-            names = _cells(line.lstrip("#%/ \t"), separator)
-            if len(names) == len(_cells(row, separator)) and not any(map(_is_number, names)):
+            names = cells_of(line.lstrip("#%/ \t"), separator)
+            if len(names) == len(cells_of(row, separator)) and not any(map(_is_number, names)):
                 return tuple(names), i
             return (), 0
     return (), 0
@@ -324,10 +177,10 @@ def _header(
     if not above:
         return (), None, 0
     number, line = above[-1]
-    last = _cells(line, separator)
+    last = cells_of(line, separator)
     if len(above) > 1 and any(last) and all(map(_is_unit, last)):
         number, line = above[-2]
-        return tuple(_cells(line, separator)), tuple(last), number
+        return tuple(cells_of(line, separator)), tuple(last), number
     return tuple(last), None, number
 
 
@@ -341,6 +194,6 @@ def _has_decimal_comma(lines: list[str], separator: str) -> bool:
         showing = [line for line in lines if '"' in line]
     else:
         showing = [line for line in lines if "," in line or "." in line]
-    cells = [cell for line in showing[:_LOOKED_AT] for cell in _cells(line, separator)]
+    cells = [cell for line in showing[:_LOOKED_AT] for cell in cells_of(line, separator)]
     commas = sum(bool(_DECIMAL_COMMA.fullmatch(cell)) for cell in cells)
     return commas > sum("." in cell and _is_number(cell) for cell in cells)

@@ -97,9 +97,11 @@ def _recording(
         raise FileError(f"{table.path}: holds no rows of values; check the file")
     measured = [column for column in found.columns if column.sensor is not None]
     places = [place_of(table, c.sensor, found.where) for c in measured if c.sensor is not None]
-    values = table.values(places)
+    time_place = _time_place(table, found)
+    numbers = [] if time_place is None or found.time.unit == "clock" else [time_place]
+    values = table.values([*places, *numbers])  # at once: files are long
     of_name = {column.name: i for i, column in enumerate(measured)}
-    time = _times(table, found, options)
+    time = _times(table, found, values[:, -1] if numbers else None, options)
     with np.errstate(over="ignore", invalid="ignore"):
         angles, notes = _angles(table, found, values, of_name, calibration, options)
         channels = {
@@ -114,7 +116,7 @@ def _recording(
     place_of_joint = [places[of_name[j]] if j in of_name else None for j in JOINT_NAMES]
 
     def cell(number: int, joint: int) -> str:
-        place = place_of_joint[joint] if joint >= 0 else _time_place(table, found)
+        place = place_of_joint[joint] if joint >= 0 else time_place
         row = int(np.searchsorted(table.numbers, number))
         return table.cells(row)[place] if place is not None else "nan"
 
@@ -137,8 +139,8 @@ def _time_place(table: Table, found: ColumnMap) -> int | None:
     return None if column is None else place_of(table, column, found.where)
 
 
-def _times(table: Table, found: ColumnMap, options: ImportOptions) -> Array:
-    """Return the times of the rows [s]."""
+def _times(table: Table, found: ColumnMap, values: Array | None, options: ImportOptions) -> Array:
+    """Return the times of the rows [s], from the numbers in their column unless it is a clock."""
     place, unit = _time_place(table, found), found.time.unit
     rate = options.rate_hz or found.time.rate_hz
     if (place is None or unit == "frames") and rate is None:
@@ -149,10 +151,10 @@ def _times(table: Table, found: ColumnMap, options: ImportOptions) -> Array:
         )
     if place is None:
         return np.arange(len(table)) / (rate or 1.0)
-    if unit == "clock":
+    if values is None:
         return clock_seconds([cells[0] for cells in table.texts([place])])
     with np.errstate(over="ignore"):
-        times = table.values([place])[:, 0] * TIME_UNITS[unit]
+        times = values * TIME_UNITS[unit]
     return times / (rate or 1.0) if unit == "frames" else times
 
 
