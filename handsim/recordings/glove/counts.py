@@ -160,7 +160,8 @@ def _is_status(table: Table, before: int) -> bool:
     values = table.values([before - 1, table.n_columns - 1])
     time, last = values[:, 0], values[:, 1]
     with np.errstate(over="ignore", invalid="ignore"):
-        rises = bool((np.diff(time) >= 0).all()) and time[-1] > time[0]
+        steps = np.diff(time)  # a sensor may rise, too, but rests on each count for a while
+        rises = bool((steps >= 0).all()) and (steps > 0).mean() > 0.5 if steps.size else False
     constant = bool((last == last[0]).all()) and last[0] < _STATES
     return constant and not rises and not is_clock(table.cells(0)[before - 1])
 
