@@ -6,10 +6,13 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from handsim.cli.calibrating import calibrate, map_
 from handsim.cli.console import Folder, JsonFlag, note, say, say_json, say_table, writable
 from handsim.cli.cutting import PICTURES, cut
 
 app = typer.Typer()
+app.command("map")(map_)
+app.command()(calibrate)
 app.command()(cut)
 
 _LIGHTS = {"green": "ok", "amber": "look", "red": "STOP"}

@@ -1,17 +1,15 @@
 """Text tables as spreadsheets and loggers of any country write them.
 
-Found by themselves: the encoding (UTF-8, UTF-16 with its mark, Windows-1252), the separator, a
-decimal comma, comment lines, empty lines, and a row of units under the header. Lines are counted
-as a text editor counts them, so that a message names the line that has to be mended.
+Found by themselves: the encoding (UTF-8, UTF-16 with its mark or without, Windows-1252), the
+separator, decimal commas and groups of thousands (`handsim.recordings.columns.cells`), comment
+lines, lines about the recording above the table, empty lines, quotes, and a row of units under the
+header. A header may stand in the last comment line. Lines are counted as a text editor counts them,
+so that a message names the line that has to be mended.
 """
 
 import codecs
-import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -19,132 +17,23 @@ import numpy as np
 from handsim.disk import naming
 from handsim.errors import FileError
 from handsim.files import is_file
-from handsim.types import Array, Index
+from handsim.recordings.columns.text_table import Table, cells_of
 
 MAX_TABLE_BYTES = 512 * 1024**2
 """Size above which a table is refused; ten minutes of 22 angles at 1 kHz take 150 MB."""
 COMMENTS = ("#", "%", "//")
 _SEPARATORS = ("\t", ";", "|", ",", " ")
-_NAMES = {"\t": "tab", ";": "semicolon", "|": "bar", ",": "comma", " ": "space"}
 _LOOKED_AT = 60  # lines from which the separator is found
 _UNITS = frozenset(
     {"", "s", "sec", "ms", "us", "hz", "deg", "degree", "degrees", "°", "rad", "count", "counts"}
-    | {"raw", "m", "cm", "mm", "n", "v", "mv", "-", "1"}
+    | {"raw", "m", "cm", "mm", "n", "v", "mv", "uv", "-", "1", "grad", "º", "radians", "seconds"}
+    | {"milliseconds", "adc", "g", "m/s^2", "deg/s"}
 )
 _EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "missing"})
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _NUMBER = re.compile(
     r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Table:
-    """A text table, its cells not yet turned into numbers.
-
-    Attributes
-    ----------
-    path
-    header
-        Names of the columns without blanks around them; empty where the file has none.
-    units
-        The row of units under the header, or None.
-    lines
-        The lines of the body as they stand in the file.
-    numbers
-        Number of each of these lines in the file, from 1.
-    header_line
-        Number of the header's line; 0 without one.
-    separator, decimal_comma
-        How cells and decimals are divided.
-    """
-
-    path: Path
-    header: tuple[str, ...]
-    units: tuple[str, ...] | None
-    lines: tuple[str, ...]
-    numbers: Index
-    header_line: int
-    separator: str
-    decimal_comma: bool
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.lines)
-
-    @property
-    def n_columns(self) -> int:
-        """Number of columns, by the header or the first row."""
-        return len(self.header) or len(self.cells(0))
-
-    @property
-    def found(self) -> str:
-        """What was found about the layout, in words; empty for commas and decimal points."""
-        said = [] if self.separator == "," else [f"separated by {_NAMES[self.separator]}"]
-        return " and ".join([*said, *(["with decimal commas"] if self.decimal_comma else [])])
-
-    def cells(self, row: int) -> list[str]:
-        """Return the cells of a row, from 0, as they stand in the file."""
-        return _cells(self.lines[row], self.separator)
-
-    def texts(self, columns: Sequence[int]) -> list[list[str]]:
-        """Return the cells of some columns of every row.
-
-        Raises
-        ------
-        FileError
-            If a row has more or fewer cells than the header; the message names its line.
-        """
-        n = self.n_columns
-        rows: list[list[str]] = []
-        for i in range(len(self)):
-            cells = self.cells(i)
-            if len(cells) != n:
-                raise FileError(
-                    f"{self.path}: row {self.numbers[i]} has {len(cells)} values for {n} columns; "
-                    "complete it"
-                )
-            rows.append([cells[j] for j in columns])
-        return rows
-
-    def values(self, columns: Sequence[int]) -> Array:
-        """Return some columns as numbers, (n, len(columns)); NaN where a cell holds none.
-
-        Raises
-        ------
-        FileError
-            If a row has more or fewer cells than the header; the message names its line.
-        """
-        try:
-            values = np.loadtxt(
-                self._plain, delimiter=self._delimiter, comments=None, ndmin=2, dtype=float
-            )
-            if values.shape == (len(self), self.n_columns):
-                return values[:, list(columns)]
-        except ValueError:
-            pass  # a cell that is no number, or a row of another length: cell by cell then
-        values = np.full((len(self), len(columns)), np.nan)
-        for i, cells in enumerate(self.texts(columns)):
-            values[i] = [self.number(cell) for cell in cells]
-        return values
-
-    def number(self, cell: str) -> float:
-        """Return the number in a cell, NaN where it holds none."""
-        try:
-            return float(cell.replace(",", ".") if self.decimal_comma else cell)
-        except ValueError:
-            return np.nan
-
-    @property
-    def _delimiter(self) -> str | None:
-        return None if self.separator == " " else self.separator
-
-    @cached_property
-    def _plain(self) -> Sequence[str]:
-        """The lines with decimal points and without quotes, as NumPy's reader takes them."""
-        if self.decimal_comma and self.separator != ",":
-            return [line.replace(",", ".") for line in self.lines]
-        return self.lines
 
 
 def is_missing(cell: str) -> bool:
@@ -169,7 +58,10 @@ def read_table(path: Path, *, header: bool = True, words: bool = False) -> Table
         If the file is missing, too large, a workbook, no text or empty, or has no row of names.
     """
     path = Path(path)
-    lines = _decoded(path).splitlines()
+    text = _decoded(path)
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = text.split("\n")
     kept = [(i, line) for i, line in enumerate(lines, start=1) if _is_content(line)]
     if not kept:
         raise FileError(f"{path}: is empty; its first row must name the columns")
@@ -177,21 +69,22 @@ def read_table(path: Path, *, header: bool = True, words: bool = False) -> Table
     separator = _separator([line for _, line in (kept[:1] if words else kept)])
     first = 1 if words else _first_row(kept, separator)
     names, units, header_line = _header(kept[:first], separator)
+    if not names and first < len(kept):
+        names, header_line = _commented_header(lines, kept[first], separator)
     if header and not names:
         raise FileError(
             f"{path}: row {kept[0][0]} holds no names of columns; give a header as the first row"
         )
-    body = kept[first:]
-    comma = separator != "," and _has_decimal_comma([line for _, line in body], separator)
+    body = [line for _, line in kept[first:]]
     return Table(
         path=path,
         header=names,
         units=units,
-        lines=tuple(line for _, line in body),
-        numbers=np.array([i for i, _ in body], dtype=np.int64),
+        lines=tuple(body),
+        numbers=np.array([i for i, _ in kept[first:]], dtype=np.int64),
         header_line=header_line,
         separator=separator,
-        decimal_comma=comma,
+        decimal_comma=_has_decimal_comma(body, separator),
     )
 
 
@@ -207,6 +100,8 @@ def _decoded(path: Path) -> str:
         raise FileError(f"{path}: is a workbook or an archive, not text; export the sheet as CSV")
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         encodings = ("utf-16",)
+    elif b"\0" in data[:200]:  # the high halves of what Latin letters are in UTF-16
+        encodings = ("utf-16-le",) if data[1:2] == b"\0" else ("utf-16-be",)
     else:
         encodings = ("utf-8-sig", "cp1252")
     for encoding in encodings:
@@ -224,17 +119,6 @@ def _is_content(line: str) -> bool:
     return bool(stripped) and not stripped.startswith(COMMENTS)
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    if separator == " ":
-        return line.split()
-    if '"' in line:
-        try:
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-        except (csv.Error, StopIteration):
-            pass
-    return [cell.strip() for cell in line.split(separator)]
-
-
 def _separator(lines: list[str]) -> str:
     """Return what divides the last of the lines looked at most evenly.
 
@@ -244,7 +128,7 @@ def _separator(lines: list[str]) -> str:
     looked_at = lines[: _LOOKED_AT + 1][-_LOOKED_AT // 2 :]
     best, most = ",", 0.0
     for separator in _SEPARATORS:
-        counts = Counter(len(_cells(line, separator)) for line in looked_at)
+        counts = Counter(len(cells_of(line, separator)) for line in looked_at)
         count, times = counts.most_common(1)[0]
         even = times / len(looked_at)
         if count > 1 and even > most + 0.2:
@@ -259,15 +143,32 @@ def _is_number(cell: str) -> bool:
 def _first_row(kept: list[tuple[int, str]], separator: str) -> int:
     """Return the place of the first row of values.
 
-    It is the first of which most cells are numbers, and at least one is no missing value.
+    It is the first of which most cells are numbers, and at least one is no missing value. It has
+    more than half as many cells as most rows: texts about the recording have numbers, too.
     """
-    for i, (_, line) in enumerate(kept[: _LOOKED_AT + 1]):
-        cells = _cells(line, separator)
+    looked_at = [cells_of(line, separator) for _, line in kept[: _LOOKED_AT + 1]]
+    usual = Counter(map(len, looked_at)).most_common(1)[0][0]
+    for i, cells in enumerate(looked_at):
         numbers = sum(map(_is_number, cells))
         real = sum(bool(_NUMBER.fullmatch(cell.strip())) for cell in cells)
-        if numbers > len(cells) / 2 and real and len(cells) > 1:
+        if numbers > len(cells) / 2 and real and len(cells) > max(1, usual / 2):
             return i
     return 1
+
+
+def _commented_header(
+    lines: list[str], first: tuple[int, str], separator: str
+) -> tuple[tuple[str, ...], int]:
+    """Return the names in the last comment line above the first row, as NumPy writes them."""
+    number, row = first
+    for i in range(number - 1, max(0, number - _LOOKED_AT), -1):
+        line = lines[i - 1].strip().lstrip("\ufeff")
+        if line.startswith(COMMENTS):
+            names = cells_of(line.lstrip("#%/ \t"), separator)
+            if len(names) == len(cells_of(row, separator)) and not any(map(_is_number, names)):
+                return tuple(names), i
+            return (), 0
+    return (), 0
 
 
 def _header(
@@ -277,10 +178,10 @@ def _header(
     if not above:
         return (), None, 0
     number, line = above[-1]
-    last = _cells(line, separator)
+    last = cells_of(line, separator)
     if len(above) > 1 and any(last) and all(map(_is_unit, last)):
         number, line = above[-2]
-        return tuple(_cells(line, separator)), tuple(last), number
+        return tuple(cells_of(line, separator)), tuple(last), number
     return tuple(last), None, number
 
 
@@ -289,6 +190,11 @@ def _is_unit(cell: str) -> bool:
 
 
 def _has_decimal_comma(lines: list[str], separator: str) -> bool:
-    cells = [cell for line in lines[:_LOOKED_AT] for cell in _cells(line, separator)]
+    """Whether decimals are divided by commas, by the first lines that show it."""
+    if separator == ",":
+        showing = [line for line in lines if '"' in line]
+    else:
+        showing = [line for line in lines if "," in line or "." in line]
+    cells = [cell for line in showing[:_LOOKED_AT] for cell in cells_of(line, separator)]
     commas = sum(bool(_DECIMAL_COMMA.fullmatch(cell)) for cell in cells)
     return commas > sum("." in cell and _is_number(cell) for cell in cells)

@@ -27,7 +27,7 @@ from handsim.recordings.posture_file import (
     read_posture_table,
 )
 from handsim.recordings.recording import Recording, RecordingSet
-from handsim.recordings.sides import MIRRORED_JOINTS, looks_mirrored, mirrored
+from handsim.recordings.sides import on_one_side
 from handsim.types import HandSize, Progress, Side
 
 INDEX_FILE = "experiments.csv"
@@ -96,7 +96,7 @@ def read_recordings(
         if progress is not None:
             progress((i + 1) / len(table))
     try:
-        return RecordingSet(tuple(_on_one_side(recordings)))
+        return RecordingSet(tuple(on_one_side(recordings)))
     except InputError as error:
         raise FileError(f"{index}: {error}") from error
 
@@ -238,21 +238,6 @@ def bridged_gaps(content: PostureTable, longest: float) -> tuple[PostureTable, l
         if count
     ]
     return replace(content, angles=angles), notes
-
-
-def _on_one_side(recordings: list[Recording]) -> list[Recording]:
-    """Return recordings with left hands in the signs of this project, hand by hand."""
-    left = [r for r in recordings if r.hand.side == "left"]
-    turned: set[str] = set()
-    for hand in dict.fromkeys((r.subject, r.session) for r in left):
-        of_hand = [r for r in left if (r.subject, r.session) == hand]
-        if looks_mirrored([r.q for r in of_hand]):
-            turned |= {r.name for r in of_hand}
-    note = f"left hand in the signs of a right glove: {', '.join(MIRRORED_JOINTS)} turned around"
-    return [
-        replace(r, q=mirrored(r.q), notes=(*r.notes, note)) if r.name in turned else r
-        for r in recordings
-    ]
 
 
 def _index_text(recordings: RecordingSet) -> str:

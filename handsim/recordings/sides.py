@@ -5,11 +5,13 @@ are those of its mirror image and right and left hands are learned from together
 the signs of the right hand gives a left hand's abductions and its deviation with the opposite sign.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, LOWER, UPPER
+from handsim.recordings.recording import Recording
 from handsim.types import Array, Index
 
 MIRRORED_JOINTS = tuple(name for name in JOINT_NAMES if name.endswith(("_abduction", "_deviation")))
@@ -54,6 +56,22 @@ def looks_mirrored(postures: Sequence[Array]) -> bool:
     q = np.vstack([each[:, _ABDUCTIONS] for each in postures])
     lower, upper = LOWER[_ABDUCTIONS], UPPER[_ABDUCTIONS]
     return _outside(q, lower, upper) > EVIDENCE * _outside(-q, lower, upper)
+
+
+def on_one_side(recordings: Iterable[Recording]) -> list[Recording]:
+    """Return recordings with left hands in the signs of this project, hand by hand."""
+    recordings = list(recordings)
+    left = [r for r in recordings if r.hand.side == "left"]
+    turned: set[str] = set()
+    for hand in dict.fromkeys((r.subject, r.session) for r in left):
+        of_hand = [r for r in left if (r.subject, r.session) == hand]
+        if looks_mirrored([r.q for r in of_hand]):
+            turned |= {r.name for r in of_hand}
+    note = f"left hand in the signs of a right glove: {', '.join(MIRRORED_JOINTS)} turned around"
+    return [
+        replace(r, q=mirrored(r.q), notes=(*r.notes, note)) if r.name in turned else r
+        for r in recordings
+    ]
 
 
 def _outside(q: Array, lower: Array, upper: Array) -> float:

@@ -16,6 +16,9 @@ ENTRY_POINTS = "handsim.importers"
 _OWN = {
     "handsim": "handsim_folder",
     "west-rtg": "west_rtg",
+    "table": "tables",
+    "cyberglove": "cyberglove",
+    "ninapro": "ninapro.repetitions",
 }
 FORMATS: tuple[str, ...] = tuple(_OWN)
 """Names of the layouts that handsim itself reads."""
