@@ -18,11 +18,11 @@ from handsim.cli import (
     hand,
     learning,
     machine,
-    recordings,
     reporting,
     seeing,
     sweeping,
 )
+from handsim.cli.recordings import importing as recordings
 from handsim.disk import refused
 from handsim.errors import HandsimError
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import typer
 
-from handsim.cli.cutting import cut
+from handsim.cli.recordings.cutting import cut
 from handsim.errors import FileError, InputError
 from handsim.recordings.folder import read_recordings, write_recordings
 from handsim.recordings.recording import Recording, RecordingSet

@@ -7,7 +7,7 @@ import numpy as np
 from handsim.errors import InputError, UnknownNameError
 from handsim.recordings.cutting.edges import edges
 from handsim.recordings.cutting.events import AT_EVENT, SNAP_S, beginnings, least_move, read_events
-from handsim.recordings.cutting.labels import LABEL, label_steps, read_labels
+from handsim.recordings.cutting.label_channel import LABEL, label_steps, read_labels
 from handsim.recordings.cutting.motion import Motion, motion_of, on_grid
 from handsim.recordings.cutting.reach import CERTAIN, CutOptions, Reach
 from handsim.recordings.cutting.readings import Reading, read_course

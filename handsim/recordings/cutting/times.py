@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from handsim.errors import FileError
+from handsim.recordings.columns.cells import column_numbers
 from handsim.recordings.cutting.reach import Reach
 from handsim.recordings.delimited import Table, read_table
 from handsim.recordings.phases import RATE
@@ -87,7 +88,7 @@ def _reach(
             f"'{next(iter(known))}'; correct it"
         )
     first, last = float(recording.time[0]), float(recording.time[-1])
-    start, end = (table.number(cell.strip()) for cell in cells)
+    start, end = column_numbers([cell.strip() for cell in cells], table.decimal_comma)
     for column, cell, value in zip(COLUMNS[1:], cells, (start, end), strict=True):
         if not math.isfinite(value):
             raise FileError(f"{where}, column {column}: '{cell}' is not a time in s; correct it")

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from handsim.cli.calibrating import calibrate, map_
 from handsim.cli.console import Folder, JsonFlag, note, say, say_json, say_table, writable
-from handsim.cli.cutting import PICTURES, cut
+from handsim.cli.recordings.calibrating import calibrate, map_
+from handsim.cli.recordings.cutting import PICTURES, cut
 
 app = typer.Typer()
 app.command("map")(map_)
