@@ -10,10 +10,10 @@ import json
 import os
 import secrets
 import zipfile
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -168,15 +168,77 @@ def read_archive(
     return header, arrays
 
 
+def read_arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
+    """Read the arrays of anyone's ``.npz`` or ``.npy``, whatever they hold but Python objects.
+
+    Returns
+    -------
+    By their names; that of a ``.npy`` is empty. Members of an archive that are no arrays are left
+    out.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, damaged, too large, or holds no array without Python objects.
+    """
+    path = Path(path)
+    if not is_file(path):
+        raise FileError(f"{path}: no such file; check the path")
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    objects = False
+    try:
+        with naming(path, "read"):
+            for name, stream in _array_streams(path):
+                try:
+                    arrays[name] = _read_stream(stream, name)
+                except _ObjectsError:
+                    objects = True
+    except FileError:
+        raise
+    except Exception as error:  # zipfile, zlib and numpy raise a dozen different classes
+        reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        raise FileError(
+            f"{path}: not a readable file of arrays ({reason}); save it again by numpy.savez"
+        ) from error
+    if not arrays:
+        what = "only Python objects" if objects else "no arrays"
+        raise FileError(f"{path}: holds {what}; save numbers by numpy.savez")
+    return arrays
+
+
+def as_floats(array: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Return numbers of any width as float64, without a word about those that are none."""
+    with np.errstate(all="ignore"):
+        return np.asarray(array, dtype=np.float64)
+
+
+def _array_streams(path: Path) -> Iterator[tuple[str, IO[bytes]]]:
+    """Open the arrays of a file one by one, once the whole is known not to be too large."""
+    if not zipfile.is_zipfile(path):
+        _check_size(path, path.stat().st_size)
+        with path.open("rb") as stream:
+            yield "", stream
+        return
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+        _check_size(path, sum(member.file_size for member in members))
+        for member in members:
+            if member.filename.endswith(".npy"):
+                with archive.open(member) as stream:
+                    yield member.filename.removesuffix(".npy"), stream
+
+
+def _check_size(path: Path, total: int) -> None:
+    if total > MAX_ARCHIVE_BYTES:
+        raise FileError(
+            f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; not read"
+        )
+
+
 def _read_members(path: Path) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()
-        total = sum(member.file_size for member in members)
-        if total > MAX_ARCHIVE_BYTES:
-            raise FileError(
-                f"{path}: claims {total} bytes, more than the limit of {MAX_ARCHIVE_BYTES}; "
-                "not read"
-            )
+        _check_size(path, sum(member.file_size for member in members))
         arrays = {m.filename.removesuffix(".npy"): _read_array(archive, m) for m in members}
     header = json.loads(str(arrays.pop("header")))
     if not isinstance(header, dict):
@@ -185,17 +247,25 @@ def _read_members(path: Path) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any
 
 
 def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArray[Any]:
-    """Read one array. ``np.load`` would allocate whatever its header claims, before reading it."""
     with archive.open(member) as stream:
-        version = np.lib.format.read_magic(stream)
-        read_header = {
-            (1, 0): np.lib.format.read_array_header_1_0,
-            (2, 0): np.lib.format.read_array_header_2_0,
-        }[version]
-        shape, fortran, dtype = read_header(stream)
-        if dtype.hasobject:
-            raise ValueError(f"{member.filename} holds Python objects")
-        content = bytearray(stream.read())  # its checksum is compared at the end
+        return _read_stream(stream, member.filename)
+
+
+class _ObjectsError(ValueError):
+    """An array holds Python objects, which only a pickle could bring back."""
+
+
+def _read_stream(stream: IO[bytes], name: str) -> npt.NDArray[Any]:
+    """Read one array. ``np.load`` would allocate whatever its header claims, before reading it."""
+    version = np.lib.format.read_magic(stream)
+    read_header = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }[version]
+    shape, fortran, dtype = read_header(stream)
+    if dtype.hasobject:
+        raise _ObjectsError(f"{name} holds Python objects")
+    content = bytearray(stream.read())  # its checksum is compared at the end
     return np.ndarray(shape, dtype, content, order="F" if fortran else "C")
 
 

@@ -41,7 +41,7 @@ SUBSTITUTIONS = {
 """What pages may name as ``{{ name }}``."""
 
 ROOMS = (
-    "recordings", "recordings.importers", "navigation", "learning", "learning.direction",
+    "recordings", "recordings.fitting", "recordings.importers", "recordings.points", "navigation", "learning", "learning.direction",
     "learning.pde", "learning.fit", "hand", "objects", "tasks", "retargeting", "grasping",
     "grasping.planning", "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline",
     "viewing", "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli",

@@ -30,6 +30,7 @@ _UNITS = frozenset(
     | {"milliseconds", "adc", "g", "m/s^2", "deg/s"}
 )
 _EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "missing"})
+_QUOTED = re.compile(r'"[^"]*"')
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _NUMBER = re.compile(
     r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE
@@ -123,9 +124,9 @@ def _separator(lines: list[str]) -> str:
     """Return what divides the last of the lines looked at most evenly.
 
     The last lines, because texts about the recording stand before the table. A comma may be a
-    decimal sign, so that what cannot be one comes first.
+    decimal sign, so that what cannot be one comes first. What is quoted divides nothing.
     """
-    looked_at = lines[: _LOOKED_AT + 1][-_LOOKED_AT // 2 :]
+    looked_at = [_QUOTED.sub("", line) for line in lines[: _LOOKED_AT + 1][-_LOOKED_AT // 2 :]]
     best, most = ",", 0.0
     for separator in _SEPARATORS:
         counts = Counter(len(cells_of(line, separator)) for line in looked_at)

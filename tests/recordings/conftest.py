@@ -1,5 +1,9 @@
-"""One movement of a hand, written by tests in the ways of many loggers."""
+"""One movement of a hand, written by tests in the ways of many loggers.
 
+`seen_hand`, the hand that tests of points and fits look at, is a module beside.
+"""
+
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -7,6 +11,8 @@ import numpy as np
 import pytest
 
 from handsim.types import Array
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 NAMES = (
     "ThumbRotate ThumbMPJ ThumbIPJ ThumbAb IndexMPJ IndexPIJ IndexDIJ MiddleMPJ MiddlePIJ "

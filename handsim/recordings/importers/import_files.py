@@ -15,10 +15,13 @@ ENTRY_POINTS = "handsim.importers"
 """Group of entry points by which other packages add layouts; each leads to a `Layout`."""
 _OWN = {
     "handsim": "handsim_folder",
-    "west-rtg": "west_rtg",
     "table": "tables",
     "cyberglove": "cyberglove",
     "ninapro": "ninapro.repetitions",
+    "keypoints": "keypoints",
+    "markers": "markers",
+    "adroit": "adroit",
+    "west-rtg": "west_rtg",
 }
 FORMATS: tuple[str, ...] = tuple(_OWN)
 """Names of the layouts that handsim itself reads."""

@@ -1,0 +1,34 @@
+"""Names of what is recorded beside the joints: places and poses in the frame of the cameras."""
+
+import numpy as np
+
+from handsim.recordings.fitting.fit_hand import HandFit
+from handsim.recordings.fitting.rigid import quaternions_of
+from handsim.types import Array
+
+
+def position_channels(name: str, position: Array) -> dict[str, Array]:
+    """Return a place (n, 3) [m] as channels ``<name>_x_m`` and so on."""
+    return {f"{name}_{axis}_m": position[:, i] for i, axis in enumerate("xyz")}
+
+
+def pose_channels(name: str, rotation: Array, position: Array) -> dict[str, Array]:
+    """Return a pose, (n, 3, 3) and (n, 3) [m], as channels of place and unit quaternion."""
+    turned = quaternions_of(rotation)
+    return {
+        **position_channels(name, position),
+        **{f"{name}_q{part}": turned[:, i] for i, part in enumerate("wxyz")},
+    }
+
+
+def channels_of_fit(fit: HandFit) -> dict[str, Array]:
+    """Return the palm's pose, the aperture and how well each frame fits."""
+    kinematics = fit.points.kinematics
+    tips = kinematics.points(kinematics.frames(fit.q), kinematics.fingertips)
+    aperture = np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1)
+    return {
+        **pose_channels("palm", fit.rotation, fit.position),
+        "aperture_m": np.where(fit.lost, np.nan, aperture),
+        "fit_residual_m": fit.frame_residual,
+        "fit_bad": fit.bad.astype(float),
+    }
