@@ -10,7 +10,7 @@ from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
-from handsim.recordings.folder import read_recordings
+from handsim.recordings.folder import read_recordings, stored_notes
 from handsim.recordings.plausibility import check_plausible, lines_of
 from handsim.recordings.recording import RecordingSet
 from handsim.types import MEDIAN_HAND, HandSize, Side
@@ -49,7 +49,8 @@ def recordings_or_built_in(
     from handsim.cli.console import note
 
     recordings = read_any_recordings(folder)
-    for line in said_of(recordings):
+    known = stored_notes(folder) if folder is not None else frozenset[str]()
+    for line in said_of(recordings, known):
         note(line)
     accepted = {*(accept or ()), *(learned.accepted if learned is not None else ())}
     for line in lines_of(check_plausible(recordings, accepted)):
@@ -65,11 +66,18 @@ def read_any_recordings(folder: Path | None) -> RecordingSet:
         return read_recordings(folder or data_folder("assets") / "experiments", progress)
 
 
-def said_of(recordings: RecordingSet) -> list[str]:
-    """Return what was done to recordings, a line for each thing done."""
+def said_of(recordings: RecordingSet, known: frozenset[str] = frozenset()) -> list[str]:
+    """Return what was done to recordings, a line for each thing done.
+
+    Parameters
+    ----------
+    recordings
+    known
+        What need not be said again, since it was said when the folder was written.
+    """
     names: dict[str, list[str]] = {}
     for recording in recordings:
-        for said in recording.notes:
+        for said in (each for each in recording.notes if each not in known):
             names.setdefault(said, []).append(recording.name)
     lines = [
         f"recording '{of[0]}'" + (f" and {len(of) - 1} more" if of[1:] else "") + f": {said}"

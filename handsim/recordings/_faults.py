@@ -215,15 +215,17 @@ def _jumps(recording: Recording, angles: Array) -> Iterator[Fault]:
     speed = steps / np.diff(recording.time)[:, None]
     # A step of a coarse sensor is no jump: it has to be larger than what sensors are off by.
     fast = (speed > FASTEST_DEG_S) & (steps > 4 * OUTSIDE_DEG) & (steps <= WRAP_DEG)
-    for j in np.flatnonzero(fast.any(axis=0)):
-        frame = int(np.argmax(np.where(fast[:, j], steps[:, j], 0))) + 1
-        yield Fault(
-            *("jump", "warning", speed[frame - 1, j], FASTEST_DEG_S),
-            f"jumps by {steps[frame - 1, j]:.0f} deg within a frame at "
-            f"{recording.time[frame]:.3f} s, faster than {FASTEST_DEG_S:g} deg/s; look for a loose "
-            "sensor",
-            JOINT_NAMES[j],
-        )
+    if not fast.any():
+        return
+    frame, j = (int(i) for i in np.unravel_index(np.argmax(np.where(fast, steps, 0)), fast.shape))
+    others = int(fast.any(axis=0).sum()) - 1
+    yield Fault(
+        *("jump", "warning", speed[frame, j], FASTEST_DEG_S),
+        f"jumps by {steps[frame, j]:.0f} deg within a frame at {recording.time[frame + 1]:.3f} s, "
+        f"faster than {FASTEST_DEG_S:g} deg/s{f', as do {others} others' if others else ''}; look "
+        "for a loose sensor, or frames that are missing",
+        JOINT_NAMES[j],
+    )
 
 
 def constant_joints(recordings: RecordingSet) -> Mask:

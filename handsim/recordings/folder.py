@@ -101,6 +101,15 @@ def read_recordings(
         raise FileError(f"{index}: {error}") from error
 
 
+def stored_notes(folder: Path) -> frozenset[str]:
+    """Return the notes that a folder of recordings holds, without what reading it adds."""
+    table = read_table(Path(folder) / INDEX_FILE, words=True)
+    if "notes" not in table.header:
+        return frozenset()
+    cells = table.texts([table.header.index("notes")])
+    return frozenset(note for (cell,) in cells for note in _notes_in(cell))
+
+
 def write_recordings(recordings: RecordingSet, folder: Path) -> None:
     """Write a folder of recordings, as a whole or not at all.
 
@@ -185,7 +194,7 @@ def _recording_of_row(
     content, bridged = bridged_gaps(content, bridge_s)
     time, q = checked_postures(content)
     side, said = _side(where, values)
-    notes = [note for note in values.get("notes", "").split("; ") if note]
+    notes = _notes_in(values.get("notes", ""))
     further = [each for each in (*content.notes, *bridged, *said) if each not in notes]
     known = (*INDEX_COLUMNS, *SAID_COLUMNS)
     try:
@@ -205,6 +214,10 @@ def _recording_of_row(
         )
     except InputError as error:
         raise FileError(f"{where}: {error}") from error
+
+
+def _notes_in(cell: str) -> list[str]:
+    return [note for note in cell.split("; ") if note]
 
 
 def _side(where: str, values: Mapping[str, str]) -> tuple[Side, list[str]]:

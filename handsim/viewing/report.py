@@ -16,7 +16,7 @@ from handsim.grasping.rollout.record import Rollout, current_versions
 from handsim.learning.certification import certify
 from handsim.learning.controller import GraspController
 from handsim.learning.scores import evaluate
-from handsim.recordings.phases import summarise
+from handsim.recordings.contents import summarise
 from handsim.recordings.recording import SYNTHETIC, RecordingSet
 from handsim.types import Progress
 from handsim.viewing import html as page

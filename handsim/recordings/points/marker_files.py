@@ -16,6 +16,7 @@ import numpy as np
 from handsim.disk import naming
 from handsim.errors import FileError, MissingToolError
 from handsim.files import MAX_ARCHIVE_BYTES, is_file
+from handsim.recordings.columns.cells import column_numbers
 from handsim.recordings.delimited import Table, read_table
 from handsim.recordings.fitting.hand_points import are_seen
 from handsim.recordings.points.marker_map import LENGTH_UNITS
@@ -100,13 +101,11 @@ def _preamble(path: Path, table: Table) -> list[list[str]]:
 
 def _values(table: Table, columns: list[int]) -> Array:
     """Return columns as numbers; rows may be shorter or longer by what is empty at their end."""
-    values = np.full((len(table), len(columns)), np.nan)
     n = max(columns) + 1
-    for i in range(len(table)):
-        cells = table.cells(i)
-        if len(cells) < n:
-            cells = [*cells, *[""] * (n - len(cells))]
-        values[i] = [table.number(cells[j]) for j in columns]
+    rows = [[*table.cells(i), *[""] * n] for i in range(len(table))]
+    values = np.full((len(table), len(columns)), np.nan)
+    for k, j in enumerate(columns):
+        values[:, k] = column_numbers([row[j] for row in rows], table.decimal_comma)
     return values
 
 
