@@ -1,7 +1,5 @@
 """Where an object or any other channel begins to move, and the reaches that end there."""
 
-from itertools import pairwise
-
 import numpy as np
 
 from handsim.recordings.cutting.motion import Motion
@@ -111,7 +109,8 @@ def read_events(
         Whether the end is the stop that comes right after the event, if one does.
     """
     found: list[Reading] = []
-    for before, event in pairwise([0, *events]):
+    before = 0  # frame of the last event that ended a reach
+    for event in events:
         way = np.linalg.norm(motion.place[before : event + 1] - motion.place[event], axis=1)
         farthest = float(way.max())
         least = LARGE if snap else SMALL
@@ -125,6 +124,7 @@ def read_events(
         home = motion.place[found[-1].start if found else start]
         if not snap and np.linalg.norm(motion.place[start] - home) > HOME * farthest:
             continue
+        before = event
         sure = AT_EVENT * logistic((farthest / course.size - least) / SIZE_WIDTH + 2)
         end = _stop_after(course, event) if snap else event
         told = "end" if end == event else "neither"
