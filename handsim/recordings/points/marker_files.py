@@ -6,7 +6,7 @@ markers stand in a line above the letters, as in exports of other systems.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -100,14 +100,20 @@ def _preamble(path: Path, table: Table) -> list[list[str]]:
 
 def _values(table: Table, columns: list[int]) -> Array:
     """Return columns as numbers; rows may be shorter or longer by what is empty at their end."""
-    values = np.full((len(table), len(columns)), np.nan)
-    n = max(columns) + 1
-    for i in range(len(table)):
-        cells = table.cells(i)
-        if len(cells) < n:
-            cells = [*cells, *[""] * (n - len(cells))]
-        values[i] = [table.number(cells[j]) for j in columns]
-    return values
+    n, sign = max(columns) + 1, table.separator
+    if sign == " ":
+        return table.values(columns)
+    header = (*table.header, *[""] * n)[:n] if table.header else ()
+    lines = tuple(_of_length(line, n, sign) for line in table.lines)
+    return replace(table, header=header, lines=lines).values(columns)
+
+
+def _of_length(line: str, n: int, sign: str) -> str:
+    """Return a line with its first n cells, empty ones added."""
+    more = n - 1 - line.count(sign)
+    if more >= 0:
+        return line + sign * more
+    return sign.join(line.split(sign, maxsplit=n)[:n])
 
 
 def _marker_columns(
