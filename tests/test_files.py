@@ -73,3 +73,21 @@ def test_failed_write_leaves_the_old_file_and_no_litter(tmp_path):
 def test_write_into_missing_folder_names_it(tmp_path):
     with pytest.raises(FileError, match="does not exist"):
         files.write_text(tmp_path / "no" / "a.txt", "x")
+
+
+def test_arrays_of_anyone_are_read_and_large_or_foreign_ones_refused(tmp_path, monkeypatch):
+    np.savez(tmp_path / "a.npz", x=np.arange(6.0).reshape(2, 3), names=np.array(["a"]))
+    np.save(tmp_path / "b.npy", np.asfortranarray(np.arange(6.0).reshape(2, 3)))
+    read = files.read_arrays(tmp_path / "a.npz")
+    assert set(read) == {"x", "names"} and read["x"].tolist() == [[0, 1, 2], [3, 4, 5]]
+    assert files.read_arrays(tmp_path / "b.npy")[""].tolist() == [[0, 1, 2], [3, 4, 5]]
+    np.savez(tmp_path / "c.npz", x=np.array([None], dtype=object))
+    with pytest.raises(FileError, match="only Python objects"):
+        files.read_arrays(tmp_path / "c.npz")
+    (tmp_path / "d.npz").write_bytes((tmp_path / "a.npz").read_bytes()[:-40])
+    with pytest.raises(FileError, match="not a readable file of arrays"):
+        files.read_arrays(tmp_path / "d.npz")
+    monkeypatch.setattr(files, "MAX_ARCHIVE_BYTES", 100)
+    for name in ("a.npz", "b.npy"):
+        with pytest.raises(FileError, match="more than the limit of 100"):
+            files.read_arrays(tmp_path / name)

@@ -69,8 +69,6 @@ class _Shared:
         of_breadth = np.array([-1.0, 1.0]) / breadth_sd
         matrix = np.diag(np.concatenate([[0.0, 0.0], 1 / self._spread**2]))
         matrix[:2, :2] = np.outer(of_length, of_length) + np.outer(of_breadth, of_breadth)
-        if self.fixed_size:
-            matrix[:2, :2] += 1e12 * np.eye(2)
         offset = self.points.offset.ravel() / self._spread
         slope = np.concatenate(
             [

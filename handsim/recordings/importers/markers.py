@@ -99,7 +99,8 @@ def _recording(
         palm_known=False,
         step_s=float(np.median(np.diff(clock.time))),
     )
-    q, wrist = _with_wrist(fit, marker, roles)
+    wanted = said is None or said.wrist
+    q, wrist = _with_wrist(fit, marker, roles) if wanted else (fit.q, [])
     return Recording(
         name=path.stem,
         time=clock.time,

@@ -6,7 +6,7 @@ markers stand in a line above the letters, as in exports of other systems.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,6 @@ import numpy as np
 from handsim.disk import naming
 from handsim.errors import FileError, MissingToolError
 from handsim.files import MAX_ARCHIVE_BYTES, is_file
-from handsim.recordings.columns.cells import column_numbers
 from handsim.recordings.delimited import Table, read_table
 from handsim.recordings.fitting.hand_points import are_seen
 from handsim.recordings.points.marker_map import LENGTH_UNITS
@@ -101,12 +100,20 @@ def _preamble(path: Path, table: Table) -> list[list[str]]:
 
 def _values(table: Table, columns: list[int]) -> Array:
     """Return columns as numbers; rows may be shorter or longer by what is empty at their end."""
-    n = max(columns) + 1
-    rows = [[*table.cells(i), *[""] * n] for i in range(len(table))]
-    values = np.full((len(table), len(columns)), np.nan)
-    for k, j in enumerate(columns):
-        values[:, k] = column_numbers([row[j] for row in rows], table.decimal_comma)
-    return values
+    n, sign = max(columns) + 1, table.separator
+    if sign == " ":
+        return table.values(columns)
+    header = (*table.header, *[""] * n)[:n] if table.header else ()
+    lines = tuple(_of_length(line, n, sign) for line in table.lines)
+    return replace(table, header=header, lines=lines).values(columns)
+
+
+def _of_length(line: str, n: int, sign: str) -> str:
+    """Return a line with its first n cells, empty ones added."""
+    more = n - 1 - line.count(sign)
+    if more >= 0:
+        return line + sign * more
+    return sign.join(line.split(sign, maxsplit=n)[:n])
 
 
 def _marker_columns(

@@ -4,6 +4,7 @@ The file::
 
     side = "right"             # of the hand; may be left out
     unit = "mm"                # of the coordinates: m, cm or mm; may be left out
+    wrist = true               # false: its angles stay 0, whatever the elbow's markers say
 
     [markers]
     hand_top = "palm"          # a role: palm, <finger>_tip, _middle, _dip, _pip, _mcp (the thumb:
@@ -62,12 +63,15 @@ class MarkerMap:
     own_places
     side, metres_per_unit
         None where it says nothing.
+    wrist
+        Whether the wrist's angles are taken from the elbow's markers.
     """
 
     roles: Mapping[str, str]
     own_places: Mapping[str, HandPoint]
     side: Side | None
     metres_per_unit: float | None
+    wrist: bool = True
 
 
 def read_marker_map(path: Path) -> MarkerMap:
@@ -82,9 +86,11 @@ def read_marker_map(path: Path) -> MarkerMap:
         content = tomllib.loads(read_text(path))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FileError(f"{path}: not readable as TOML ({str(error).splitlines()[0]})") from error
-    unknown = sorted(set(content) - {"side", "unit", "markers"})
+    unknown = sorted(set(content) - {"side", "unit", "wrist", "markers"})
     if unknown:
-        raise FileError(f"{path}: '{unknown[0]}' is not understood; give side, unit and markers")
+        raise FileError(
+            f"{path}: '{unknown[0]}' is not understood; give side, unit, wrist and markers"
+        )
     markers = content.get("markers")
     if not isinstance(markers, dict) or not markers:
         raise FileError(f"{path}: holds no table [markers]; give one with a line for each marker")
@@ -93,6 +99,9 @@ def read_marker_map(path: Path) -> MarkerMap:
         raise FileError(f"{path}: side = {side!r}; give right or left")
     if unit is not None and unit not in LENGTH_UNITS:
         raise FileError(f"{path}: unit = {unit!r}; give m, cm or mm")
+    wrist = content.get("wrist", True)
+    if not isinstance(wrist, bool):
+        raise FileError(f"{path}: wrist = {wrist!r}; give true or false")
     roles: dict[str, str] = {}
     places: dict[str, HandPoint] = {}
     for name, said in markers.items():
@@ -104,7 +113,7 @@ def read_marker_map(path: Path) -> MarkerMap:
         except InputError as error:
             raise FileError(f"{path}: marker {name}: {error}") from error
     factor = None if unit is None else LENGTH_UNITS[unit]
-    return MarkerMap(roles, places, side, factor)
+    return MarkerMap(roles, places, side, factor, wrist)
 
 
 def _own_place(name: str, said: Any) -> HandPoint:

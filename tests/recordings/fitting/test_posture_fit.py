@@ -60,6 +60,24 @@ def test_prior_is_least_at_rest_and_couples_dip_to_pip() -> None:
     assert np.abs(np.linalg.solve(pulled.matrix, pulled.vector[1])).max() < 0.01
 
 
+def test_angles_at_an_end_do_not_keep_the_others_from_their_best() -> None:
+    postures, _ = some_postures()
+    q = postures.q.copy()
+    q[:, JOINT_INDEX["index_pip"]] = UPPER[JOINT_INDEX["index_pip"]] + 0.4  # beyond the range
+    q[:, JOINT_INDEX["ring_pip"]] = -0.4
+    hand = POINTS.kinematics
+    places = hand.points(hand.frames(q), POINTS.on_hand)
+    seen = places @ postures.rotation.swapaxes(1, 2) + postures.position[:, None]
+    fitted = fit_postures(POINTS, seen, postures)
+    assert (fitted.q[:, JOINT_INDEX["index_pip"]] == UPPER[JOINT_INDEX["index_pip"]]).all()
+    off, slope = linearised(POINTS, seen, fitted)
+    down = np.einsum("nij,ni->nj", slope, off)[:, 6:]
+    down -= weak_prior().slope(fitted.q[:, :N_ANGLES])
+    within = (fitted.q > LOWER + 1e-9) & (fitted.q < UPPER - 1e-9)
+    stiffness = np.einsum("nij,nij->nj", slope, slope)[:, 6:] + 1
+    assert np.rad2deg(np.abs(down / stiffness)[within[:, :N_ANGLES]]).max() < 0.5
+
+
 def test_a_posture_is_reached_from_a_wrong_start() -> None:
     postures, _ = some_postures()
     hand = POINTS.kinematics

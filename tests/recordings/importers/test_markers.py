@@ -115,11 +115,13 @@ def test_a_map_names_markers_whose_names_say_nothing(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"0 of 19 markers .* --map .*M0, M1"):
         imported(file)
     lines = [f'M{i} = "{role}"' for i, (_, role, _) in enumerate(ON_HAND)]
+    lines += ['elbow_in = "elbow"']
     table = tmp_path / "map.toml"
-    table.write_text("\n".join(['side = "right"', "[markers]", *lines]))
+    table.write_text("\n".join(['side = "right"', "wrist = false", "[markers]", *lines]))
     recording = imported(file, column_map=table)
     assert "markers by map.toml" in recording.notes
-    assert "elbow_x_m" not in recording.channels and (recording.q[:, 20:] == 0).all()
+    assert "shoulder_x_m" not in recording.channels and "elbow_x_m" in recording.channels
+    assert (recording.q[:, 20:] == 0).all()
     assert any("wrist angles cannot be seen" in note for note in recording.notes)
 
 

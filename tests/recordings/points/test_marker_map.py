@@ -76,6 +76,7 @@ def test_a_map_says_role_place_side_and_unit(tmp_path: Path) -> None:
         ('[markers]\nA = { body = "nose", place_mm = [1, 2, 3] }', "unknown body 'nose'"),
         ('[markers]\nA = { body = "palm", place_mm = [nan, 2, 3] }', "marker A: give a role"),
         ('side = "both"\n[markers]\nA = "palm"', "side = 'both'"),
+        ('wrist = 3\n[markers]\nA = "palm"', "wrist = 3"),
         ('unit = "inch"\n[markers]\nA = "palm"', "unit = 'inch'"),
     ],
 )
