@@ -25,7 +25,7 @@ import numpy as np
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, N_JOINTS
 from handsim.recordings.columns.clock import TIME_UNITS, clock_seconds
-from handsim.recordings.columns.column_map import ColumnMap, place_of, read_column_map
+from handsim.recordings.columns.column_map import ColumnMap, MappedColumn, place_of, read_column_map
 from handsim.recordings.columns.frames import Frames, Labels, filled_dips, recording_of
 from handsim.recordings.columns.guess import guess_map
 from handsim.recordings.columns.labels import labels_of, listed_files
@@ -168,32 +168,48 @@ def _angles(
 ) -> tuple[Array, list[str]]:
     """Return the angles (n, 22) [deg], NaN where a joint has no column, and notes."""
     angles, notes = np.full((len(table), N_JOINTS), np.nan), list[str]()
-    counts = np.full_like(angles, np.nan)
+    counted: list[MappedColumn] = []
     for column in found.columns:
         if column.name not in JOINT_INDEX:
             continue
-        joint = JOINT_INDEX[column.name]
-        unit = options.units or column.unit
+        joint, unit = JOINT_INDEX[column.name], options.units or column.unit
         if column.constant is not None:
             degrees = np.rad2deg(column.constant) if unit == "rad" else column.constant
             angles[:, joint] = degrees
             notes.append(f"{column.name} taken as constant, {degrees:g} deg")
-            continue
-        raw = values[:, of_name[column.name]]
-        if unit == "counts" and not (column.scaled and calibration is None):
-            counts[:, joint] = raw
-            continue
-        angle = column.sign * column.scale * (raw - column.offset)
-        angles[:, joint] = np.rad2deg(angle) if unit == "rad" else angle
-    if np.isfinite(counts).any():
-        if calibration is None:
-            raise InputError(
-                f"{table.path}: raw counts from {np.nanmin(counts):g} to {np.nanmax(counts):g}; "
-                f"{_CALIBRATE}, or give their scale in a map"
-            )
-        of_counts, how = calibrated(calibration, counts, str(table.path))
-        angles = np.where(np.isfinite(counts) | np.isnan(angles), of_counts, angles)
-        notes += how
+        elif unit == "counts" and not (column.scaled and calibration is None):
+            counted.append(column)
+        else:
+            raw = values[:, of_name[column.name]]
+            angle = column.sign * column.scale * (raw - column.offset)
+            angles[:, joint] = np.rad2deg(angle) if unit == "rad" else angle
+    if counted:
+        joints = [JOINT_INDEX[column.name] for column in counted]
+        counts = np.full_like(angles, np.nan)
+        counts[:, joints] = values[:, [of_name[column.name] for column in counted]]
+        of_counts, said = _of_counts(table, counts, counted, calibration)
+        angles[:, joints] = of_counts[:, joints]
+        notes += said
+    return angles, notes
+
+
+def _of_counts(
+    table: Table,
+    counts: Array,
+    columns: Sequence[MappedColumn],
+    calibration: GloveCalibration | None,
+) -> tuple[Array, list[str]]:
+    """Return the angles [deg] of counts, (n, 22) each, and notes."""
+    if calibration is None:
+        known = counts[np.isfinite(counts)]
+        found = f" from {known.min():g} to {known.max():g}" if known.size else ""
+        raise InputError(
+            f"{table.path}: raw counts{found}; {_CALIBRATE}, or give their scale in a map"
+        )
+    angles, notes = calibrated(calibration, counts, str(table.path))
+    unused = [c.name for c in columns if (c.sign, c.offset, c.scale) != (1, 0.0, 1.0)]
+    if unused:
+        notes.append(f"of the map not used, but of the calibration: {', '.join(unused)}")
     return angles, notes
 
 
