@@ -11,6 +11,7 @@ import numpy as np
 
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_NAMES, LOWER, N_JOINTS, UPPER
+from handsim.recordings.columns.sections import brief
 from handsim.recordings.gaps import bridge
 from handsim.recordings.posture_file import DIP_JOINTS, DIP_OF_PIP
 from handsim.recordings.recording import Recording, check_frames
@@ -111,7 +112,7 @@ def recording_of(
     if missing.size:
         row, joint = (int(i) for i in missing[0])
         raise FileError(
-            f"{_place(frames, row, joint)}: '{frames.cell(int(frames.numbers[row]), joint)}' is "
+            f"{_place(frames, row, joint)}: '{brief(frames.cell(int(frames.numbers[row]), joint))}' is "
             f"not a finite number ({_length(frames, row, joint)}); correct or remove the row, or "
             "bridge longer gaps by --bridge"
         )
@@ -161,7 +162,7 @@ def filled_dips(angles: Array) -> tuple[Array, tuple[str, ...]]:
 
 
 def _place(frames: Frames, row: int, joint: int) -> str:
-    return f"{frames.where}: row {frames.numbers[row]}, column {frames.columns[joint + 1]}"
+    return f"{frames.where}: row {frames.numbers[row]}, column {brief(frames.columns[joint + 1])}"
 
 
 def _with_times(frames: Frames) -> Frames:
@@ -170,7 +171,7 @@ def _with_times(frames: Frames) -> Frames:
     if missing.size:
         row = int(missing[0])
         raise FileError(
-            f"{_place(frames, row, -1)}: '{frames.cell(int(frames.numbers[row]), -1)}' is no time; "
+            f"{_place(frames, row, -1)}: '{brief(frames.cell(int(frames.numbers[row]), -1))}' is no time; "
             "correct or remove the row"
         )
     with np.errstate(over="ignore"):

@@ -29,6 +29,7 @@ from handsim.recordings.columns.column_map import ColumnMap, MappedColumn, place
 from handsim.recordings.columns.frames import Frames, Labels, filled_dips, recording_of
 from handsim.recordings.columns.guess import guess_map
 from handsim.recordings.columns.labels import labels_of, listed_files
+from handsim.recordings.columns.sections import brief
 from handsim.recordings.delimited import Table, read_table
 from handsim.recordings.glove.calibration import GloveCalibration, calibrated, read_calibration
 from handsim.recordings.importers.layout import ImportOptions, Layout
@@ -80,7 +81,7 @@ def _found(table: Table, options: ImportOptions) -> ColumnMap:
         divided = f" ({table.found})" if table.found else ""
         raise FileError(
             f"{table.path}: {row}columns are not certain{divided}: "
-            f"{'; '.join(guess.doubts[:2])}{more}; draft a map to correct with "
+            f"{brief('; '.join(guess.doubts[:2]), 200)}{more}; draft a map to correct with "
             f"`handsim recordings map {table.path} -o {table.path.stem}.toml` and give it by --map"
         )
     return guess.found
@@ -216,7 +217,7 @@ def _of_counts(
 def _left_out(table: Table, places: Sequence[int], found: ColumnMap) -> list[str]:
     """Say which columns of the table are not used."""
     used = {*places, _time_place(table, found)}
-    names = [name for i, name in enumerate(table.header) if name and i not in used]
+    names = [brief(name) for i, name in enumerate(table.header) if name and i not in used]
     more = f" and {len(names) - 6} more" if len(names) > 6 else ""
     return [f"columns ignored: {', '.join(names[:6])}{more}"] if names else []
 

@@ -297,3 +297,12 @@ def test_user_files_hold_one_movement(folder: str) -> None:
     first = [9.2332, 9.0364, 8.7692, 6.8229, 11.9766, 11.8390]
     assert np.rad2deg(recording.q[0, :6]) == pytest.approx(first, abs=1e-4)
     assert recording.duration == pytest.approx(1.2)
+
+
+def test_messages_quote_in_brief(movement) -> None:
+    long = movement.write(stamp=lambda t: "x" * 5000 if t == 0.2 else f"{t:.2f}")
+    with pytest.raises(FileError, match=r"'x{37}\.\.\.' is no time"):
+        imported(long)
+    values = np.hstack([movement.angles, movement.angles[:, :1]])
+    wide = movement.write(header=["t", *movement.names, "y" * 5000], values=values)
+    assert imported(wide).notes[-1] == f"columns ignored: {'y' * 37}..."
