@@ -11,6 +11,7 @@ import numpy as np
 
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_NAMES, LOWER, N_JOINTS, UPPER
+from handsim.recordings.columns.sections import brief
 from handsim.recordings.gaps import bridge
 from handsim.recordings.posture_file import DIP_JOINTS, DIP_OF_PIP
 from handsim.recordings.recording import Recording, check_frames
@@ -110,10 +111,11 @@ def recording_of(
     missing = np.argwhere(~np.isfinite(frames.angles))
     if missing.size:
         row, joint = (int(i) for i in missing[0])
+        cell = brief(frames.cell(int(frames.numbers[row]), joint))
         raise FileError(
-            f"{_place(frames, row, joint)}: '{frames.cell(int(frames.numbers[row]), joint)}' is "
-            f"not a finite number ({_length(frames, row, joint)}); correct or remove the row, or "
-            "bridge longer gaps by --bridge"
+            f"{_place(frames, row, joint)}: '{cell}' is not a finite number "
+            f"({_length(frames, row, joint)}); correct or remove the row, or bridge longer gaps by "
+            "--bridge"
         )
     check_frames(frames.where, frames.time, frames.angles, frames.numbers)
     try:
@@ -161,7 +163,7 @@ def filled_dips(angles: Array) -> tuple[Array, tuple[str, ...]]:
 
 
 def _place(frames: Frames, row: int, joint: int) -> str:
-    return f"{frames.where}: row {frames.numbers[row]}, column {frames.columns[joint + 1]}"
+    return f"{frames.where}: row {frames.numbers[row]}, column {brief(frames.columns[joint + 1])}"
 
 
 def _with_times(frames: Frames) -> Frames:
@@ -169,9 +171,9 @@ def _with_times(frames: Frames) -> Frames:
     missing = np.flatnonzero(~np.isfinite(frames.time))
     if missing.size:
         row = int(missing[0])
+        cell = brief(frames.cell(int(frames.numbers[row]), -1))
         raise FileError(
-            f"{_place(frames, row, -1)}: '{frames.cell(int(frames.numbers[row]), -1)}' is no time; "
-            "correct or remove the row"
+            f"{_place(frames, row, -1)}: '{cell}' is no time; correct or remove the row"
         )
     with np.errstate(over="ignore"):
         steps = np.diff(frames.time)

@@ -84,18 +84,21 @@ def guess_map(table: Table, side: Side | None = None, units: AngleUnit | None = 
         j: unit_of(header[p], of_rows[p] if p < len(of_rows) else "") for j, p in places.items()
     }
     silent = [p for joint, p in places.items() if said[joint] is None]
-    unit: AngleUnit | None = units or "deg"
+    unit: AngleUnit = units or "deg"
     if silent and units is None:
-        unit = _unit_by_values(values[:, silent])
-    if unit is None:
-        doubts.append("the unit of the angles is not said; give --units deg, rad or counts")
-    elif silent and units is None:
-        notes.append(f"angles taken as {unit} by their size")
+        unit, sure = _unit_by_values(values[:, silent])
+        if sure:
+            notes.append(f"angles taken as {unit} by their size")
+        else:
+            doubts.append(
+                f"the unit of the angles is not said ({unit} by their size); give --units deg, "
+                "rad or counts"
+            )
     columns = [
         MappedColumn(
             name=joint,
             sensor=header[p] if table.header.count(header[p]) == 1 else p + 1,
-            unit=units or said[joint] or unit or "deg",
+            unit=units or said[joint] or unit,
             sign=-1 if turned_around(header[p]) else 1,
         )
         for joint, p in places.items()
@@ -181,13 +184,15 @@ def _numbered(header: Header, time_place: int | None) -> tuple[dict[str, int], A
     return None
 
 
-def _unit_by_values(values: Array) -> AngleUnit | None:
-    """Return the unit of angles by their size; None where it may be another."""
+def _unit_by_values(values: Array) -> tuple[AngleUnit, bool]:
+    """Return the unit of angles by their size, and whether it can be no other."""
     finite = values[np.isfinite(values)]
-    if not finite.size or np.abs(finite).max() <= _RADIANS_AT_MOST:
-        return None
+    if not finite.size:
+        return "deg", False
+    if np.abs(finite).max() <= _RADIANS_AT_MOST:
+        return "rad", False
     whole = bool((finite == np.round(finite)).all()) and finite.min() >= 0
-    return None if whole and finite.max() <= _MAX_COUNT else "deg"
+    return ("counts", False) if whole and finite.max() <= _MAX_COUNT else ("deg", True)
 
 
 def _time(

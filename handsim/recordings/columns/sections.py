@@ -122,6 +122,11 @@ def quoted(text: str) -> str:
     return '"' + "".join(safe) + '"'
 
 
+def brief(text: str, most: int = 40) -> str:
+    """Return a text of a file as a message quotes it: short, and without odd characters."""
+    safe = "".join(c if c.isprintable() else "?" for c in text[: most + 1])
+    return safe if len(text) <= most else safe[: most - 3] + "..."
+
+
 def _shown(value: object) -> str:
-    shown = str(value)
-    return shown if len(shown) <= 60 else shown[:57] + "..."
+    return brief(str(value), 60)

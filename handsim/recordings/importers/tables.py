@@ -25,10 +25,11 @@ import numpy as np
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, N_JOINTS
 from handsim.recordings.columns.clock import TIME_UNITS, clock_seconds
-from handsim.recordings.columns.column_map import ColumnMap, place_of, read_column_map
+from handsim.recordings.columns.column_map import ColumnMap, MappedColumn, place_of, read_column_map
 from handsim.recordings.columns.frames import Frames, Labels, filled_dips, recording_of
 from handsim.recordings.columns.guess import guess_map
 from handsim.recordings.columns.labels import labels_of, listed_files
+from handsim.recordings.columns.sections import brief
 from handsim.recordings.delimited import Table, read_table
 from handsim.recordings.glove.calibration import GloveCalibration, calibrated, read_calibration
 from handsim.recordings.importers.layout import ImportOptions, Layout
@@ -80,7 +81,7 @@ def _found(table: Table, options: ImportOptions) -> ColumnMap:
         divided = f" ({table.found})" if table.found else ""
         raise FileError(
             f"{table.path}: {row}columns are not certain{divided}: "
-            f"{'; '.join(guess.doubts[:2])}{more}; draft a map to correct with "
+            f"{brief('; '.join(guess.doubts[:2]), 200)}{more}; draft a map to correct with "
             f"`handsim recordings map {table.path} -o {table.path.stem}.toml` and give it by --map"
         )
     return guess.found
@@ -168,39 +169,55 @@ def _angles(
 ) -> tuple[Array, list[str]]:
     """Return the angles (n, 22) [deg], NaN where a joint has no column, and notes."""
     angles, notes = np.full((len(table), N_JOINTS), np.nan), list[str]()
-    counts = np.full_like(angles, np.nan)
+    counted: list[MappedColumn] = []
     for column in found.columns:
         if column.name not in JOINT_INDEX:
             continue
-        joint = JOINT_INDEX[column.name]
-        unit = options.units or column.unit
+        joint, unit = JOINT_INDEX[column.name], options.units or column.unit
         if column.constant is not None:
             degrees = np.rad2deg(column.constant) if unit == "rad" else column.constant
             angles[:, joint] = degrees
             notes.append(f"{column.name} taken as constant, {degrees:g} deg")
-            continue
-        raw = values[:, of_name[column.name]]
-        if unit == "counts" and not (column.scaled and calibration is None):
-            counts[:, joint] = raw
-            continue
-        angle = column.sign * column.scale * (raw - column.offset)
-        angles[:, joint] = np.rad2deg(angle) if unit == "rad" else angle
-    if np.isfinite(counts).any():
-        if calibration is None:
-            raise InputError(
-                f"{table.path}: raw counts from {np.nanmin(counts):g} to {np.nanmax(counts):g}; "
-                f"{_CALIBRATE}, or give their scale in a map"
-            )
-        of_counts, how = calibrated(calibration, counts, str(table.path))
-        angles = np.where(np.isfinite(counts) | np.isnan(angles), of_counts, angles)
-        notes += how
+        elif unit == "counts" and not (column.scaled and calibration is None):
+            counted.append(column)
+        else:
+            raw = values[:, of_name[column.name]]
+            angle = column.sign * column.scale * (raw - column.offset)
+            angles[:, joint] = np.rad2deg(angle) if unit == "rad" else angle
+    if counted:
+        joints = [JOINT_INDEX[column.name] for column in counted]
+        counts = np.full_like(angles, np.nan)
+        counts[:, joints] = values[:, [of_name[column.name] for column in counted]]
+        of_counts, said = _of_counts(table, counts, counted, calibration)
+        angles[:, joints] = of_counts[:, joints]
+        notes += said
+    return angles, notes
+
+
+def _of_counts(
+    table: Table,
+    counts: Array,
+    columns: Sequence[MappedColumn],
+    calibration: GloveCalibration | None,
+) -> tuple[Array, list[str]]:
+    """Return the angles [deg] of counts, (n, 22) each, and notes."""
+    if calibration is None:
+        known = counts[np.isfinite(counts)]
+        found = f" from {known.min():g} to {known.max():g}" if known.size else ""
+        raise InputError(
+            f"{table.path}: raw counts{found}; {_CALIBRATE}, or give their scale in a map"
+        )
+    angles, notes = calibrated(calibration, counts, str(table.path))
+    unused = [c.name for c in columns if (c.sign, c.offset, c.scale) != (1, 0.0, 1.0)]
+    if unused:
+        notes.append(f"of the map not used, but of the calibration: {', '.join(unused)}")
     return angles, notes
 
 
 def _left_out(table: Table, places: Sequence[int], found: ColumnMap) -> list[str]:
     """Say which columns of the table are not used."""
     used = {*places, _time_place(table, found)}
-    names = [name for i, name in enumerate(table.header) if name and i not in used]
+    names = [brief(name) for i, name in enumerate(table.header) if name and i not in used]
     more = f" and {len(names) - 6} more" if len(names) > 6 else ""
     return [f"columns ignored: {', '.join(names[:6])}{more}"] if names else []
 

@@ -52,7 +52,7 @@ def test_joints_that_no_posture_moves_are_held_and_said() -> None:
     made = calibrate_postures([held("flat"), held("fist")])
     assert made.how[JOINT_INDEX["wrist_flexion"]] == "held"
     assert "held constant: thumb_rotation" in made.summary
-    counts = np.full((2, N_JOINTS), 200.0)
+    counts = np.full((2, N_JOINTS), np.nan)
     assert made.angles(counts)[0, JOINT_INDEX["wrist_flexion"]] == 0
     with pytest.raises(InputError, match="hold at least 2"):
         calibrate_postures([held("flat")])
@@ -82,6 +82,7 @@ def test_ranges_lie_between_the_ends_of_the_joints() -> None:
     assert ends[:, JOINT_INDEX["wrist_flexion"]] == pytest.approx([-70, 80])
     assert made.how[JOINT_INDEX["palm_arch"]] == "held"
     assert made.how[JOINT_INDEX["ring_dip"]] == "none"
+    assert np.isnan(made.angles(np.full((1, N_JOINTS), 90.0))[0, JOINT_INDEX["ring_dip"]])
     assert np.isnan(ends[:, JOINT_INDEX["ring_dip"]]).all()
     assert "residual not known" in made.summary and "coarse" in made.summary
     assert made.summary.count("index_abduction") == 1

@@ -127,3 +127,17 @@ def test_user_files_of_raw_counts(tmp_path: Path) -> None:
     for a, b in zip(by_table, by_glove, strict=True):
         assert np.array_equal(a.q, b.q)
         assert np.rad2deg(a.q).min() >= -70 - 1e-9 and np.rad2deg(a.q).max() <= 120 + 1e-9
+
+
+def test_a_table_of_counts_and_of_angles(tmp_path: Path, calibration: Path) -> None:
+    """Counts of some columns go through the calibration, angles of others stay, gaps included."""
+    units = ["raw"] * 20 + ["deg"] * 2
+    names = [f"{name}_{unit}" for name, unit in zip(JOINT_NAMES, units, strict=True)]
+    header = ",".join(["time_s", *names])
+    path = written(tmp_path / "a.csv", ALL, before="{t:.2f},", sep=",", header=header)
+    recording = import_recordings([path], "table", options=ImportOptions(calibration=calibration))[
+        0
+    ]
+    degrees = np.rad2deg(recording.q)
+    assert degrees[:, :20] == pytest.approx((GAIN * COUNTS + OFFSET)[:, :20])
+    assert degrees[:, 20:] == pytest.approx(COUNTS[:, 20:])

@@ -59,7 +59,13 @@ def test_rates_by_the_databases(tmp_path: Path) -> None:
                          acc=np.zeros((N, acc)) if acc else None, **others)  # fmt: skip
         return 1 / np.diff(read(tmp_path, file, units="deg")[0].time)[0]
 
-    for said, expected in (((12, 36), 2000), ((16, 3), 200), ((14, 42), 2000), ((10,), 100)):
+    for said, expected in (
+        ((12, 36), 2000),
+        ((16, 3), 200),
+        ((14, 42), 2000),
+        ((16, 48), 2000),
+        ((10,), 100),
+    ):
         assert rate(*said) == pytest.approx(expected)
     assert rate(8, frequency=500) == pytest.approx(500)
     with pytest.raises(InputError, match=r"8 columns of emg .* give it in Hz by --rate"):

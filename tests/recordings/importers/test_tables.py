@@ -53,6 +53,7 @@ WAYS = {
     "metadata": {"above": ["Subject,3", "Date,2024,5,1", "sep=,", "", "Glove: CyberGlove II"]},
     "numpy": {"header": ["# time", *"abcdefghijklmnopqrstuv"], "sep": " ", "map": True},
     "units": {"sep": ";", "below": [";".join(["s"] + ["deg"] * 22)]},
+    "separators at the ends": {"number": "{:.4f}", "ends": True},
     "old mac": {"newline": "\r"},
     "ms": {"header": ["Timestamp", *GERMAN], "stamp": milliseconds},
     "epoch": {"stamp": lambda t: f"{1714550000 + t:.2f}", "header": ["t", *GERMAN]},
@@ -72,8 +73,11 @@ WAYS = {
 @pytest.mark.parametrize("way", WAYS)
 def test_a_movement_is_the_same_however_it_was_written(way: str, movement) -> None:
     said = dict(WAYS[way])
-    mapped = said.pop("map", False)
+    mapped, ends = said.pop("map", False), said.pop("ends", False)
     path = movement.write(**said)
+    if ends:
+        head, *rows = path.read_text().splitlines()
+        path.write_text("\n".join([head, *(f"{row}," for row in rows)]))
     if mapped:
         lines = "".join(
             f'[[column]]\nname = "{name}"\nsensor = "{letter}"\n'
@@ -230,6 +234,7 @@ def test_two_hands_and_left_hands(movement) -> None:
     with pytest.raises(FileError, match="two hands"):
         imported(path)
     left, right = imported(path, side="left"), imported(path, side="right")
+    assert 'side = "left"' in draft_map(path, "left")
     assert np.rad2deg(left.q - right.q) == pytest.approx(1, abs=2e-4)
     assert (left.hand.side, right.hand.side) == ("left", "right")
 
@@ -255,9 +260,11 @@ def test_labels_come_from_experiments(movement) -> None:
         ]
         assert both[0].extra == {"weather": "rain"}
     one = import_recordings(
-        [movement.folder / "a.csv"], "table", options=ImportOptions(task="own", subject=9)
+        [movement.folder / "a.csv"],
+        "table",
+        options=ImportOptions(task="own", subject=9, object="jar"),
     )
-    assert (one[0].object, one[0].task, one[0].subject) == ("cup", "own", "9")
+    assert (one[0].object, one[0].task, one[0].subject) == ("jar", "own", "9")
 
 
 def test_bad_tables_are_refused_in_a_line(movement) -> None:
@@ -290,3 +297,12 @@ def test_user_files_hold_one_movement(folder: str) -> None:
     first = [9.2332, 9.0364, 8.7692, 6.8229, 11.9766, 11.8390]
     assert np.rad2deg(recording.q[0, :6]) == pytest.approx(first, abs=1e-4)
     assert recording.duration == pytest.approx(1.2)
+
+
+def test_messages_quote_in_brief(movement) -> None:
+    long = movement.write(stamp=lambda t: "x" * 5000 if t == 0.2 else f"{t:.2f}")
+    with pytest.raises(FileError, match=r"'x{37}\.\.\.' is no time"):
+        imported(long)
+    values = np.hstack([movement.angles, movement.angles[:, :1]])
+    wide = movement.write(header=["t", *movement.names, "y" * 5000], values=values)
+    assert imported(wide).notes[-1] == f"columns ignored: {'y' * 37}..."
