@@ -244,7 +244,8 @@ def of_sensors(recording: Recording, constant_everywhere: Mask) -> Iterator[Faul
             "the recording out",
         )
         return
-    for j in np.flatnonzero(still):
+    known = np.isin(JOINT_NAMES, list(recording.not_seen))
+    for j in np.flatnonzero(still & ~known):
         where = "in no recording" if constant_everywhere[j] else "in this recording"
         yield Fault(
             *("constant", "warning", float(np.ptp(angles[:, j])), STUCK_DEG),

@@ -17,6 +17,8 @@ from handsim.types import Array, HandSize, Index
 
 SYNTHETIC = "synthetic"
 """What recordings call the person that were made by script and simulation."""
+NOT_SEEN = "not seen: kept at 0"
+"""How a note ends that names joints of which a recording tells nothing."""
 MIN_FRAMES = 10
 MAX_ANGLE_DEG = 180.0
 
@@ -104,6 +106,12 @@ class Recording(ByContent):
         """Let it go to another process: what its fields are, the mappings as plain ones."""
         values = (getattr(self, each.name) for each in fields(self))
         return type(self), tuple(dict(v) if isinstance(v, MappingProxyType) else v for v in values)
+
+    @property
+    def not_seen(self) -> frozenset[str]:
+        """Joints of which the recording tells nothing, by its notes."""
+        told = {word for note in self.notes if note.endswith(NOT_SEEN) for word in note.split()}
+        return frozenset({word.strip(",") for word in told} & set(JOINT_NAMES))
 
     @property
     def duration(self) -> float:

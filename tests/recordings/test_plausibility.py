@@ -231,3 +231,10 @@ def test_warnings_are_errors_here() -> None:
         warnings.simplefilter("error")
         warnings.warn("planted", PlausibilityWarning, stacklevel=1)
     assert N_JOINTS == 22
+
+
+def test_what_is_said_not_to_be_seen_is_no_news(good: RecordingSet) -> None:
+    still = [column("ring_pip", lambda angle: 0 * angle)(r) for r in good]
+    noted = [replace(r, notes=("wrist_flexion, ring_pip not seen: kept at 0",)) for r in still]
+    assert [a.kind for a in anomalies(RecordingSet(tuple(still)))] == 6 * ["constant"]
+    assert anomalies(RecordingSet(tuple(noted))) == ()

@@ -17,12 +17,15 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 from handsim.errors import InputError
 from handsim.recordings.fitting.hand_points import HandPoint, HandPoints, PalmPostures, are_seen
 from handsim.recordings.fitting.posture_fit import (
+    FIRM_SD_DEG,
     N_ANGLES,
+    WEAK_SD_DEG,
+    Prior,
     fit_postures,
     frame_costs,
     predicted,
+    prior_of,
     told_joints,
-    weak_prior,
 )
 from handsim.recordings.fitting.size_fit import fit_size
 from handsim.recordings.fitting.start import start_from_fingers, start_from_palm
@@ -144,7 +147,8 @@ def fit_hand(
     side
         Its side, where that is known.
     palm_known
-        Whether the places of points on the palm are known well enough to find the palm by them.
+        Whether the places of points are known, as those of keypoints are and those of markers are
+        not: then the palm is found by them, and the prior of angles is weak.
     step_s
         Time between frames [s].
 
@@ -166,7 +170,8 @@ def fit_hand(
     side, other_side = (side, np.inf) if side is not None else task.side_of(there)
     towards = there * (_MIRROR if side == "left" else 1.0)
     learned = task.learned(towards, N_FRAMES_OF_SIZE)
-    postures = _fit_all(learned, towards, step_s)
+    prior = prior_of(WEAK_SD_DEG if palm_known else FIRM_SD_DEG)
+    postures = _fit_all(learned, towards, step_s, prior)
     return _assembled(learned, postures, side, seen, lost, other_side)
 
 
@@ -229,24 +234,26 @@ def _telling_frames(seen: Array, n_frames: int) -> Index:
     return able[np.unique(np.linspace(0, len(able) - 1, n_frames).round().astype(np.int64))]
 
 
-def _fit_all(points: HandPoints, seen: Array, step_s: float) -> PalmPostures:
+def _fit_all(points: HandPoints, seen: Array, step_s: float, prior: Prior) -> PalmPostures:
     """Fit every frame; then those unlike their neighbours again, from where these are."""
-    fitted = fit_postures(points, seen, start_from_palm(points, seen))
+    fitted = fit_postures(points, seen, start_from_palm(points, seen), prior)
     usual = median_filter(fitted.q, size=(9, 1), mode="nearest")
     unlike = np.flatnonzero(np.abs(fitted.q - usual).max(axis=1) > UNLIKE_NEIGHBOURS)
     if len(unlike):
-        prior, before = weak_prior(), fitted.at(unlike)
+        before = fitted.at(unlike)
         start = PalmPostures(usual[unlike], before.rotation, before.position)
-        again = fit_postures(points, seen[unlike], start)
+        again = fit_postures(points, seen[unlike], start, prior)
         costs = [frame_costs(points, seen[unlike], each, prior) for each in (before, again)]
         better = costs[1] < costs[0]
         _put(fitted, unlike[better], again.at(better))
     for _ in range(ROUNDS_OF_SMOOTHING):
-        _smooth_leaps(points, seen, fitted, step_s)
+        _smooth_leaps(points, seen, fitted, step_s, prior)
     return fitted
 
 
-def _smooth_leaps(points: HandPoints, seen: Array, fitted: PalmPostures, step_s: float) -> None:
+def _smooth_leaps(
+    points: HandPoints, seen: Array, fitted: PalmPostures, step_s: float, prior: Prior
+) -> None:
     """Fit again, drawn to a smooth path, what is near a leap that no hand can make; in place.
 
     Where the points leave a thumb that lies beside the palm two ways to lie, the better one may
@@ -260,8 +267,8 @@ def _smooth_leaps(points: HandPoints, seen: Array, fitted: PalmPostures, step_s:
     frames = np.flatnonzero(near)
     smooth = gaussian_filter1d(fitted.q, SMOOTHED_FRAMES, axis=0, mode="nearest")[frames]
     start = PalmPostures(smooth, fitted.rotation[frames], fitted.position[frames])
-    prior = weak_prior().with_pull(smooth[:, :N_ANGLES], PULL_SD)
-    _put(fitted, frames, fit_postures(points, seen[frames], start, prior))
+    pulled = prior.with_pull(smooth[:, :N_ANGLES], PULL_SD)
+    _put(fitted, frames, fit_postures(points, seen[frames], start, pulled))
 
 
 def _put(postures: PalmPostures, frames: Index, others: PalmPostures) -> None:

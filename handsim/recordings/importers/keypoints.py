@@ -20,7 +20,7 @@ from handsim.recordings.points.channels import channels_of_fit
 from handsim.recordings.points.clocks import Clock, clock_of_rate, clock_of_stamps
 from handsim.recordings.points.keypoint_files import KeypointFile, read_keypoint_file
 from handsim.recordings.points.keypoint_order import expected_places, in_order, metres_per_unit
-from handsim.recordings.recording import Recording, RecordingSet
+from handsim.recordings.recording import NOT_SEEN, Recording, RecordingSet
 from handsim.types import Array
 
 BRIDGED_S = 0.1
@@ -126,7 +126,7 @@ def notes_of_fit(fit: HandFit, *, wrist: bool = False) -> list[str]:
             f"{1000 * BAD_FIT_M:g} mm left over, or the hand lost"
         )
     if not wrist:
-        notes.append("wrist angles cannot be seen in these points: 0")
+        notes.append(f"wrist_flexion, wrist_deviation {NOT_SEEN}")
     return notes
 
 

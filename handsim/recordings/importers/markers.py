@@ -5,7 +5,10 @@ names. handsim's own hand is fitted to the markers on the hand: its size, the pl
 on its segment, and the angles. Flexion and spreading are positive by the geometry of that hand.
 
 The wrist's angles follow from the forearm, which runs from the elbow's markers to the wrist centre
-of the fitted hand. Palm, elbow, shoulder, torso and object are kept in the frame of the cameras.
+of the fitted hand. One marker does not tell where the elbow's centre is: in a published recording
+the deviation then came out at -15 to -39 deg. Therefore two are needed, unless the map asks for it.
+Palm, elbow, shoulder, torso and object are kept in the frame of the cameras. The aperture is the
+distance of the markers on the tips of thumb and index finger, where both are.
 """
 
 from collections.abc import Sequence
@@ -99,7 +102,9 @@ def _recording(
         palm_known=False,
         step_s=float(np.median(np.diff(clock.time))),
     )
-    wanted = said is None or said.wrist
+    wanted = None if said is None else said.wrist
+    if wanted is None:
+        wanted = len(roles.named("elbow")) > 1
     q, wrist = _with_wrist(fit, marker, roles) if wanted else (fit.q, [])
     return Recording(
         name=path.stem,
@@ -110,7 +115,10 @@ def _recording(
         object=options.object or "unknown",
         task=options.task or "unknown",
         hand=fit.hand,
-        channels={**channels_of_fit(fit), **_channels_beside(marker, roles)},
+        channels={
+            **channels_of_fit(fit, _aperture(marker, roles)),
+            **_channels_beside(marker, roles),
+        },
         notes=(
             *roles.notes,
             *clock.notes,
@@ -205,6 +213,14 @@ def _with_wrist(
     for column, joint in enumerate(_WRIST):
         q[:, joint] = np.interp(frames, frames[known], angles[known, column])
     return q, notes
+
+
+def _aperture(marker: dict[str, Array], roles: MarkerRoles) -> Array | None:
+    """Return the distance of the markers on both tips, (n,) [m]; None unless both are there."""
+    thumb, index = (roles.named(tip) for tip in ("thumb_tip", "index_tip"))
+    if not (thumb and index):
+        return None
+    return np.linalg.norm(marker[thumb[0]] - marker[index[0]], axis=1)
 
 
 def _channels_beside(marker: dict[str, Array], roles: MarkerRoles) -> dict[str, Array]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from handsim.hand.anthropometry import HandGeometry
 from handsim.recordings.fitting.fit_hand import HandFit
 from handsim.recordings.fitting.rigid import quaternions_of
 from handsim.types import Array
@@ -21,13 +22,27 @@ def pose_channels(name: str, rotation: Array, position: Array) -> dict[str, Arra
     }
 
 
-def channels_of_fit(fit: HandFit) -> dict[str, Array]:
-    """Return the palm's pose, the aperture and how well each frame fits."""
+PALM_CENTRE = 0.5
+"""Where the middle of the palm is on the way from the wrist centre to the middle finger's MCP."""
+
+
+def channels_of_fit(fit: HandFit, aperture: Array | None = None) -> dict[str, Array]:
+    """Return the palm's pose, the aperture and how well each frame fits.
+
+    Parameters
+    ----------
+    fit
+    aperture : (n,) [m]
+        Distance from thumb tip to index tip where it was measured; that of the fitted hand
+        otherwise.
+    """
     kinematics = fit.points.kinematics
-    tips = kinematics.points(kinematics.frames(fit.q), kinematics.fingertips)
-    aperture = np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1)
+    middle = PALM_CENTRE * HandGeometry(fit.hand).mcp("middle")  # on the axis, the same on a left
+    if aperture is None:
+        tips = kinematics.points(kinematics.frames(fit.q), kinematics.fingertips)
+        aperture = np.asarray(np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1))
     return {
-        **pose_channels("palm", fit.rotation, fit.position),
+        **pose_channels("palm", fit.rotation, fit.position + fit.rotation @ middle),
         "aperture_m": np.where(fit.lost, np.nan, aperture),
         "fit_residual_m": fit.frame_residual,
         "fit_bad": fit.bad.astype(float),

@@ -4,7 +4,7 @@ The file::
 
     side = "right"             # of the hand; may be left out
     unit = "mm"                # of the coordinates: m, cm or mm; may be left out
-    wrist = true               # false: its angles stay 0, whatever the elbow's markers say
+    wrist = true               # its angles from one marker at the elbow; false: they stay 0
 
     [markers]
     hand_top = "palm"          # a role: palm, <finger>_tip, _middle, _dip, _pip, _mcp (the thumb:
@@ -64,14 +64,15 @@ class MarkerMap:
     side, metres_per_unit
         None where it says nothing.
     wrist
-        Whether the wrist's angles are taken from the elbow's markers.
+        Whether the wrist's angles are taken from the elbow's markers; None where nothing is said:
+        from two or more, which show where the joint's centre is.
     """
 
     roles: Mapping[str, str]
     own_places: Mapping[str, HandPoint]
     side: Side | None
     metres_per_unit: float | None
-    wrist: bool = True
+    wrist: bool | None = None
 
 
 def read_marker_map(path: Path) -> MarkerMap:
@@ -99,8 +100,8 @@ def read_marker_map(path: Path) -> MarkerMap:
         raise FileError(f"{path}: side = {side!r}; give right or left")
     if unit is not None and unit not in LENGTH_UNITS:
         raise FileError(f"{path}: unit = {unit!r}; give m, cm or mm")
-    wrist = content.get("wrist", True)
-    if not isinstance(wrist, bool):
+    wrist = content.get("wrist")
+    if wrist is not None and not isinstance(wrist, bool):
         raise FileError(f"{path}: wrist = {wrist!r}; give true or false")
     roles: dict[str, str] = {}
     places: dict[str, HandPoint] = {}

@@ -73,7 +73,7 @@ def test_hand_wrist_arm_and_object(tmp_path: Path, side: str) -> None:
     assert recording.hand.side == side
     assert recording.hand.length == pytest.approx(0.178, rel=0.1)  # markers on skin tell little
     channels = recording.channels
-    assert 1000 * np.sqrt((channels["fit_residual_m"] ** 2).mean()) < 1.0
+    assert 1000 * np.sqrt((channels["fit_residual_m"] ** 2).mean()) < 1.5
     error = np.rad2deg(np.abs(recording.q - moved()))
     flexions = [j for name, j in JOINT_INDEX.items() if name.endswith(("mcp", "pip"))]
     assert error[:, flexions].mean() < 5
@@ -102,6 +102,8 @@ def test_short_gaps_are_bridged_and_long_ones_fitted_without(tmp_path: Path) -> 
     ring = [j for name, j in JOINT_INDEX.items() if name.startswith("ring")]
     assert np.delete(apart, ring, axis=1).max() < 4
     assert not recording.channels["fit_bad"].any()
+    # One marker at the elbow does not tell where its centre is.
+    assert recording.not_seen == {"wrist_flexion", "wrist_deviation"}
     dip = recording.q[21:49, JOINT_INDEX["ring_dip"]]
     assert np.abs(np.diff(dip, 2)).max() < 1e-9  # nothing tells of it: on a straight line
 
@@ -122,7 +124,7 @@ def test_a_map_names_markers_whose_names_say_nothing(tmp_path: Path) -> None:
     assert "markers by map.toml" in recording.notes
     assert "shoulder_x_m" not in recording.channels and "elbow_x_m" in recording.channels
     assert (recording.q[:, 20:] == 0).all()
-    assert any("wrist angles cannot be seen" in note for note in recording.notes)
+    assert any("wrist_deviation not seen" in note for note in recording.notes)
 
 
 def test_files_without_a_hand(tmp_path: Path) -> None:
@@ -143,10 +145,12 @@ def test_published_reaches_fit_to_4_mm() -> None:
     recording = imported(REAL)
     assert len(recording.time) == 6000 and recording.duration == pytest.approx(59.99)
     residual = recording.channels["fit_residual_m"]
-    assert 1000 * np.sqrt((residual**2).mean()) < 2.0
+    assert 1000 * np.sqrt((residual**2).mean()) < 3.0
     assert recording.hand.side == "right" and 0.19 < recording.hand.length < 0.22
     values = np.linalg.eigvalsh(np.cov(recording.q.T))[::-1]
     assert values[:3].sum() / values.sum() > 0.90
     assert not recording.channels["fit_bad"].any()
+    # One marker at the elbow does not tell where its centre is.
+    assert recording.not_seen == {"wrist_flexion", "wrist_deviation"}
     assert np.rad2deg(np.abs(np.diff(recording.q, axis=0))).max() < 20  # no leaps in 10 ms
     assert {"elbow_x_m", "shoulder_x_m", "torso_x_m", "object_qw"} <= set(recording.channels)
