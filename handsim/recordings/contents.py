@@ -9,6 +9,9 @@ from handsim.recordings.plausibility import Anomaly, anomalies
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.recordings.statistics import median_statistics, reach_statistics
 
+ROUNDING = np.deg2rad(0.1)
+"""By so much an angle at the end of its range may pass it: filters overshoot, files are rounded."""
+
 
 def summarise(recordings: RecordingSet) -> dict[str, Any]:
     """Summarise a set for ``recordings info``.
@@ -25,7 +28,7 @@ def summarise(recordings: RecordingSet) -> dict[str, Any]:
         ``warnings``: ``kind``, ``severity``, ``joint``, ``value``, ``limit``, ``message``).
     """
     q = np.vstack([recording.q for recording in recordings])
-    outside = (q < LOWER) | (q > UPPER)
+    outside = (q < LOWER - ROUNDING) | (q > UPPER + ROUNDING)
     joints = {
         name: {
             "n_frames": int(outside[:, j].sum()),

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from handsim.joints import JOINTS, LOWER, UPPER
+from handsim.recordings.contents import ROUNDING
 from handsim.recordings.recording import RecordingSet
 from handsim.types import Array
 from handsim.viewing.figures.style import BLUE, VERMILION, WIDE, LineStyle, add_legend, drawing
@@ -37,7 +38,7 @@ def recordings_figure(recordings: RecordingSet) -> "Figure":
     ----------
     recordings
     """
-    outside = np.vstack([(r.q < LOWER) | (r.q > UPPER) for r in recordings])
+    outside = np.vstack([(r.q < LOWER - ROUNDING) | (r.q > UPPER + ROUNDING) for r in recordings])
     n_out = int(outside.any(axis=1).sum())
     line: LineStyle = {
         "color": BLUE,
@@ -71,7 +72,7 @@ def _trace(axes: "Axes", clock: Array, q: Array, joint: int, line: LineStyle) ->
     angles = np.rad2deg(q)
     step = max(1, len(angles) // MAX_POINTS)
     axes.plot(clock[::step], angles[::step], **line)
-    out = np.flatnonzero((q < LOWER[joint]) | (q > UPPER[joint]))
+    out = np.flatnonzero((q < LOWER[joint] - ROUNDING) | (q > UPPER[joint] + ROUNDING))
     out = out[:: max(1, len(out) // MAX_POINTS)]
     axes.plot(clock[out], angles[out], **OUTSIDE, zorder=3)
 
