@@ -53,7 +53,7 @@ def test_the_python_runs_block_by_block(folder: Path) -> None:
 @pytest.mark.parametrize("line", sorted(set(COMMANDS)))
 def test_the_command_lines_are_understood(line: str) -> None:
     """Every command named is there, and where arguments are shown they are those it takes."""
-    name, *words = shlex.split(line)
+    name, *words = shlex.split(line, comments=True)
     command: Any = typer.main.get_command(app)
     while hasattr(command, "commands"):
         name, *words = words

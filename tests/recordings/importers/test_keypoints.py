@@ -41,7 +41,13 @@ def test_a_left_hand_in_millimetres_and_manos_order(tmp_path: Path) -> None:
     assert recording.hand.side == "left" and error_deg(recording) < 2
     assert recording.time == pytest.approx(0.04 * np.arange(30))
     notes = "; ".join(recording.notes)
-    for said in ("times taken as ms", "MANO's order", "taken as mm", "a left hand", "wrist_flexion"):
+    for said in (
+        "times taken as ms",
+        "MANO's order",
+        "taken as mm",
+        "a left hand",
+        "wrist_flexion",
+    ):
         assert said in notes
     assert "assumed" not in notes
 
