@@ -17,12 +17,12 @@ vectors are scaled by one s for the whole hand and count the more the closer the
 there, and what touches in the human hand must touch in the robot's.
 
 What it needs of the user: an MJCF (or URDF), the names of palm and fingertips (`RobotHand`; frames
-with an offset do where the file has no sites), and which finger stands for which, which is
-the keys of ``fingertips``: a three-finger hand may take thumb, index and middle, or thumb, index
-and little. Hinges and slides, joints that follow others by ``<equality><joint>`` and any arm around
-the hand are understood; ball joints, closed loops and tendon couplings are refused. The wrist's two
-angles are not mapped: they belong to whatever carries the robot's palm. Collisions of the robot
-with itself are not looked at.
+with an offset do where the file has no sites), and which finger stands for which, which is the keys
+of ``fingertips``: a three-finger hand may take thumb, index and middle, or thumb, index and little.
+Hinges and slides, joints that follow others by ``<equality><joint>`` or that one actuator moves
+together by a fixed tendon, and any arm around the hand are understood; ball joints, closed loops
+and equalities of tendons are refused. The wrist's two angles are not mapped: they belong to
+whatever carries the robot's palm. Collisions of the robot with itself are not looked at.
 """
 
 from dataclasses import dataclass
@@ -90,6 +90,10 @@ class Retargeted(ByContent):
         Whether all errors are within `TIP_TOLERANCE` and `OPENING_TOLERANCE`.
     reason
         Empty where all match; else how many do not, and the worst fingertip.
+    actuator_names
+        Of the robot's actuators that move these joints, (n_actuators,).
+    commands : (..., n_actuators)
+        Controls of its position servos that hold the postures; NaN for other actuators.
     """
 
     joint_names: tuple[str, ...]
@@ -99,6 +103,8 @@ class Retargeted(ByContent):
     opening_error: Array
     matched: npt.NDArray[np.bool_]
     reason: str
+    actuator_names: tuple[str, ...]
+    commands: Array
 
 
 class Retargeter:
@@ -209,6 +215,8 @@ class Retargeter:
             opening.reshape(*lead, -1),
             matched.reshape(lead),
             reason,
+            self.robot.actuator_names,
+            self.robot.commands(path).reshape(*lead, -1),
         )
 
     def targets(self, q: Array) -> tuple[Array, Array, Array, Array]:

@@ -18,7 +18,8 @@ from scipy.spatial.transform import Rotation
 from handsim.content import ByContent
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.joints import FINGERS, Finger
-from handsim.retargeting._couplings import find_couplings, offset_of
+from handsim.retargeting._actuation import commands, driving_actuators
+from handsim.retargeting._couplings import find_couplings, offset_of, within_ranges
 from handsim.types import Array
 
 _SITE, _BODY = mujoco.mjtObj.mjOBJ_SITE.value, mujoco.mjtObj.mjOBJ_BODY.value
@@ -69,8 +70,8 @@ class RobotHand:
     """The fingers of a hand, from an MJCF file or spec.
 
     Coordinates ``x`` are the joints on the ways from palm to fingertips that are free: neither
-    moved by another joint (``<equality><joint>``) nor part of the wrist or the arm, which stay in
-    the model's reference posture.
+    moved by another joint (``<equality><joint>``, or a tendon whose one actuator moves both) nor
+    part of the wrist or the arm, which stay in the model's reference posture.
 
     Parameters
     ----------
@@ -93,9 +94,12 @@ class RobotHand:
         Those given, thumb first; the order of all arrays over fingers.
     joint_names
         All joints between palm and fingertips, (n_joints,), those that follow others included.
+    actuator_names
+        Of the actuators that move these joints, (n_actuators,).
     lower, upper, reference : (m,)
-        Range and reference value of each coordinate [rad, or m for slides]; without a range, half
-        a turn (or 0.1 m) about the reference.
+        Range and reference value of each coordinate [rad, or m for slides], in which the joints
+        that follow it stay in their ranges too; without a range, half a turn (or 0.1 m) about the
+        reference.
     slides : (m,)
         Which coordinates are slides.
     roots : (n, 3)
@@ -140,12 +144,14 @@ class RobotHand:
         self._qpos = self.model.jnt_qposadr[joints]
         self._dof = self.model.jnt_dofadr[joints]
         self._couplings = find_couplings(self.model, joints)
+        self._actuators = driving_actuators(self.model, joints)
+        self.actuator_names = tuple(self.model.actuator(i).name for i in self._actuators)
         led = {coupling.joint for coupling in self._couplings}
         self._free = np.array([i for i in range(len(joints)) if i not in led], dtype=int)
         self.reference: Array = self.model.qpos0[self._qpos][self._free]
         free = np.array(joints)[self._free]
         self.slides = self.model.jnt_type[free] == _SLIDE
-        self.lower, self.upper = self._ranges(free)
+        self.lower, self.upper = (ends[self._free] for ends in self._ranges(joints))
         self.roots, self.reach = self._measure(own)
 
     def joint_positions(self, x: Array) -> Array:
@@ -158,6 +164,24 @@ class RobotHand:
             polynomial = np.polynomial.Polynomial(coupling.coefficients)
             positions[..., coupling.joint] = start[coupling.joint] + polynomial(ahead)
         return positions
+
+    def commands(self, x: Array) -> Array:
+        """Return the controls of position servos that hold postures, (..., n_actuators).
+
+        Within the actuators' ranges; NaN for actuators that are no position servos.
+
+        Parameters
+        ----------
+        x : (..., m)
+        """
+        positions = self.joint_positions(np.asarray(x, dtype=float))
+        flat = positions.reshape(-1, positions.shape[-1])
+        found = np.empty((len(flat), len(self._actuators)))
+        for i, posture in enumerate(flat):
+            self._data.qpos[self._qpos] = posture
+            mujoco.mj_fwdPosition(self.model, self._data)
+            found[i] = commands(self.model, self._data, self._actuators)
+        return found.reshape(*positions.shape[:-1], -1)
 
     def palm_pose(self) -> tuple[Array, Array]:
         """Return the palm's origin, (3,) [m], and axes, (3, 3), in the world, reference posture."""
@@ -251,14 +275,14 @@ class RobotHand:
         full[self._dof] = slopes
         return full
 
-    def _ranges(self, joints: Array) -> tuple[Array, Array]:
-        """Return the ends of the coordinates' ranges, (m,) each."""
-        model = self.model
-        half = np.where(self.slides, 0.1, np.pi)
+    def _ranges(self, joints: list[int]) -> tuple[Array, Array]:
+        """Return the ends of all joints' ranges, (n_joints,) each, followers taken into account."""
+        model, start = self.model, self.model.qpos0[self._qpos]
+        half = np.where(model.jnt_type[joints] == _SLIDE, 0.1, np.pi)
         limited = model.jnt_limited[joints].astype(bool)
-        lower = np.where(limited, model.jnt_range[joints, 0], self.reference - half)
-        upper = np.where(limited, model.jnt_range[joints, 1], self.reference + half)
-        return lower, upper
+        lower = np.where(limited, model.jnt_range[joints, 0], start - half)
+        upper = np.where(limited, model.jnt_range[joints, 1], start + half)
+        return within_ranges(self._couplings, start, lower, upper)
 
     def _own_joints(self, ways: list[list[int]], knuckles: Mapping[Finger, str]) -> list[list[int]]:
         """Return the joints of each finger, from its knuckle to its tip."""

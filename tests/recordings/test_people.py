@@ -1,4 +1,4 @@
-"""The shipped reaches of a person: whole, plausible, learned, proven, and made from their source."""
+"""The shipped reaches of a person: whole, plausible, learned, proven, made from their source."""
 
 from collections.abc import Callable
 from pathlib import Path
