@@ -164,6 +164,8 @@ def postures(
     ] = "natural",
 ) -> None:
     """Write the movement that the controller makes to a destination."""
+    import numpy as np
+
     from handsim.cli.defaults import controller_or_built_in
     from handsim.errors import InputError
     from handsim.recordings.posture_file import read_postures, write_postures
@@ -180,5 +182,6 @@ def postures(
         q_start, q_goal = learned.demonstrations[0].q_start, read_postures(goal)[1][-1]
     movement = learned.postures(q_start, q_goal, time_law=time_law, duration=duration)
     write_postures(movement.time, movement.q, output)
-    ending = "" if movement.arrived else f"; it does not arrive: {movement.reason}"
+    away = f"{np.rad2deg(movement.goal_distance):.1f} deg from the destination"
+    ending = "" if movement.arrived else f"; it does not arrive: {movement.reason}, {away}"
     note(f"wrote {len(movement.time)} postures to {output}{ending}")

@@ -22,7 +22,7 @@ from handsim.learning.demonstration import Demonstration
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
-from handsim.navigation.flow import FlowPath, follow
+from handsim.navigation.flow import ARRIVAL, FlowPath, follow
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.metric import DestinationMetric
 from handsim.navigation.obstacle import ExponentialObstacle, SplineObstacle
@@ -42,15 +42,19 @@ class PostureSequence(NamedTuple):
     time : (n,) [s]
     q : (n, 22) [rad], within the joint ranges
     arrived
-        Whether the path comes within 4 deg of the destination.
+        Whether the path comes within 4 deg of the destination, and the hand too, whose joints may
+        not leave their ranges.
     reason
-        ``arrived``, ``stuck`` or ``too long``.
+        ``arrived``, ``stuck``, ``too long``, or ``clipped`` where the ranges keep the hand away.
+    goal_distance
+        Euclidean distance over the joints of the last posture from the destination [rad].
     """
 
     time: Array
     q: Array
     arrived: bool
     reason: str
+    goal_distance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +199,10 @@ class GraspController:
         else:
             raise UnknownNameError("time law", time_law, ("natural", "gradient"))
         q = clip_to_range(self.subspace.inverse_transform(z))
-        return PostureSequence(time, q, path.arrived, path.reason)
+        distance = float(np.linalg.norm(q[-1] - self.subspace.inverse_transform(goal)))
+        clipped = path.arrived and distance > ARRIVAL
+        reason = "clipped" if clipped else path.reason
+        return PostureSequence(time, q, path.arrived and not clipped, reason, distance)
 
     def _projected(self, q: Array) -> Array:
         if np.shape(q) != (N_JOINTS,) or not np.isfinite(q).all():

@@ -117,7 +117,8 @@ def test_damaged_files_of_importers(sandbox: Sandbox, kind: str) -> None:
 
     check(original)
     assert sandbox.codes == [0]
-    search(check, damaged_bytes(original), 6 * sandbox.cases)
+    cases = 3 if layout in ("keypoints", "markers") else 6  # a fit of the hand takes its time
+    search(check, damaged_bytes(original), cases * sandbox.cases)
     assert 2 in sandbox.codes
 
 

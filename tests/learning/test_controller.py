@@ -8,7 +8,7 @@ import pytest
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
-from handsim.joints import LOWER, UPPER
+from handsim.joints import JOINT_INDEX, LOWER, N_JOINTS, UPPER
 from handsim.learning.controller import SCHEMA, GraspController
 from handsim.learning.learn import Learned, learn_controller
 from handsim.learning.options import METHODS, Method
@@ -277,3 +277,19 @@ def test_postures_stay_in_the_joint_ranges(learned: Learned) -> None:
     q = beyond.postures(one.q_start + 2.0, z_goal=one.z_goal).q
     assert ((q >= LOWER) & (q <= UPPER)).all()
     assert (q[0] == UPPER).sum() > 5
+
+
+def test_a_hand_that_its_ranges_keep_away_has_not_arrived(recordings: RecordingSet) -> None:
+    """The path arrives in the subspace; the hand cannot follow where gloves leave the ranges."""
+    far = [replace(r, q=r.q + np.eye(N_JOINTS)[JOINT_INDEX["palm_arch"]]) for r in recordings]
+    controller = learn_controller(RecordingSet(tuple(far)), accept=["range"]).controller
+    goal = controller.demonstrations[0]
+    movement = controller.postures(goal.q_start, goal.q_goal)
+    assert controller.path(goal.z_start, goal.z_goal).arrived
+    assert not movement.arrived and movement.reason == "clipped"
+    away = movement.q[-1] - controller.subspace.inverse_transform(goal.z_goal)
+    assert movement.goal_distance == pytest.approx(np.linalg.norm(away))
+    assert movement.goal_distance > np.deg2rad(30)
+    near = learn_controller(recordings).controller.demonstrations[0]
+    there = learn_controller(recordings).controller.postures(near.q_start, near.q_goal)
+    assert there.arrived and there.goal_distance < np.deg2rad(4)

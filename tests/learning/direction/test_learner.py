@@ -268,6 +268,7 @@ def test_only_the_outermost_destinations_count(n: int) -> None:
 
 @real_data
 @pytest.mark.real_data
+@pytest.mark.filterwarnings("ignore::handsim.recordings.plausibility.PlausibilityWarning")
 def test_real_recordings_of_subject_4() -> None:
     recordings = import_recordings(REAL_FILES, "west-rtg", 4)
     learned = learn_controller(recordings)
@@ -280,6 +281,7 @@ def test_real_recordings_of_subject_4() -> None:
 
 @real_data
 @pytest.mark.real_data
+@pytest.mark.filterwarnings("ignore::handsim.recordings.plausibility.PlausibilityWarning")
 @pytest.mark.slow
 def test_real_recordings_of_four_subjects() -> None:
     found = []
@@ -297,6 +299,7 @@ def test_real_recordings_of_four_subjects() -> None:
 
 @real_data
 @pytest.mark.real_data
+@pytest.mark.filterwarnings("ignore::handsim.recordings.plausibility.PlausibilityWarning")
 @pytest.mark.slow
 def test_real_movements_left_out() -> None:
     found = []
@@ -309,6 +312,7 @@ def test_real_movements_left_out() -> None:
 
 @real_data
 @pytest.mark.real_data
+@pytest.mark.filterwarnings("ignore::handsim.recordings.plausibility.PlausibilityWarning")
 @pytest.mark.slow
 @pytest.mark.parametrize("subject", [1, 2, 3, 4])
 def test_certified_on_real_recordings(subject: int) -> None:

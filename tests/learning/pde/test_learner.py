@@ -188,6 +188,7 @@ def real_paths() -> list:
 
 @real_data
 @pytest.mark.real_data
+@pytest.mark.filterwarnings("ignore::handsim.recordings.plausibility.PlausibilityWarning")
 @pytest.mark.slow
 def test_single_real_trials(real_paths: list) -> None:
     ratios = [rolled_out(PDELearner().fit([path]), [path])[0] for path in real_paths]
@@ -196,6 +197,7 @@ def test_single_real_trials(real_paths: list) -> None:
 
 @real_data
 @pytest.mark.real_data
+@pytest.mark.filterwarnings("ignore::handsim.recordings.plausibility.PlausibilityWarning")
 @pytest.mark.slow
 @pytest.mark.parametrize("n_iterations", [250, 500, 1000])
 def test_screwdriver_trials_whatever_the_number_of_iterations(
