@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -130,16 +131,88 @@ def test_every_column_and_key_of_a_sweep_is_described() -> None:
 
 
 def test_every_column_of_recordings_is_described() -> None:
-    from handsim.recordings.folder import _INDEX_COLUMNS
+    from handsim.recordings.folder import INDEX_COLUMNS, SAID_COLUMNS
+    from handsim.recordings.posture_file import CHANNEL, DIP_JOINTS
 
     said = named_in(section("formats.md", "Recordings"))
-    assert {*_INDEX_COLUMNS, "time_s"} <= said
+    assert {*INDEX_COLUMNS, *SAID_COLUMNS, *DIP_JOINTS, "time_s", f"{CHANNEL}<name>"} <= said
+
+
+def toml_of(title: str) -> list[dict[str, Any]]:
+    """The examples in TOML under a heading of the page on formats."""
+    blocks = re.findall(r"^```toml\n(.*?)^```", section("formats.md", title), re.M | re.S)
+    assert blocks, title
+    return [tomllib.loads(block) for block in blocks]
+
+
+def test_the_map_of_columns_shows_every_key() -> None:
+    from handsim.recordings.columns.column_map import _COLUMN_KEYS, _LABEL_KEYS
+
+    (shown,) = toml_of("Maps of columns")
+    assert {key for column in shown["column"] for key in column} == set(_COLUMN_KEYS)
+    assert tuple(shown["recording"]) == _LABEL_KEYS
+    assert set(shown["time"]) == {"column", "unit", "rate_hz"}
+
+
+def test_the_map_of_markers_is_read_and_every_role_is_named(tmp_path: Path) -> None:
+    from handsim.recordings.points.marker_map import read_marker_map
+    from handsim.recordings.points.marker_roles import ROLES
+
+    text = section("formats.md", "Maps of markers")
+    block = re.search(r"^```toml\n(.*?)^```", text, re.M | re.S)
+    assert block
+    (tmp_path / "map.toml").write_text(block[1])
+    read = read_marker_map(tmp_path / "map.toml")
+    assert read.roles["thumb_tip"] == "thumb_tip"
+    assert read.own_places["M17"].body == "index_middle"
+    fingers = ("index_", "middle_", "ring_", "little_")
+    shown = {f"index_{r.partition('_')[2]}" if r.startswith(fingers) else r for r in ROLES}
+    assert shown <= named_in(text)
+
+
+def test_every_key_of_a_calibration_is_described() -> None:
+    from handsim.recordings.glove.calibration import _KEYS, HOWS, KIND
+
+    text = section("formats.md", "Calibrations of gloves")
+    assert {*_KEYS, *HOWS, "kind", "schema", "source"} <= named_in(text)
+    assert KIND in text
+    assert set(toml_of("Calibrations of gloves")[0]["posture"][0]) == {
+        "file", "name", "rows", "angles",
+    }  # fmt: skip
+
+
+def test_every_column_of_a_table_of_times_is_described() -> None:
+    from handsim.recordings.cutting.times import COLUMNS
+
+    assert {*COLUMNS, "object", "task"} <= named_in(section("formats.md", "Times of reaches"))
+
+
+def test_the_table_of_anomalies_has_every_kind_with_its_severity() -> None:
+    from handsim.recordings import _faults
+    from handsim.recordings.plausibility import KINDS
+
+    text = section("howto/recordings.md", "Can it be right?")
+    rows = dict(re.findall(r"^\| `([\w-]+)` \| (error|warning|error or warning) \|", text, re.M))
+    assert tuple(rows) == KINDS
+    made: dict[str, set[str]] = {}
+    for kind, severity in re.findall(
+        r'\*\("([\w-]+)", "(error|warning)"', inspect.getsource(_faults)
+    ):
+        made.setdefault(kind, set()).add(severity)
+    assert {kind: set(said.split(" or ")) for kind, said in rows.items()} == made
+
+
+def test_the_table_of_formats_has_them_all() -> None:
+    from handsim.recordings.importers.import_files import FORMATS
+
+    text = section("howto/recordings.md", "Which format is mine")
+    assert set(re.findall(r"^\| [^|`]+ \| `([\w-]+)` \|", text, re.M)) == {*FORMATS, "--format"}
 
 
 WALK = re.compile(r"^\| (\d+) \| `([\w.]+)` \| `([\w.]+)` \| (\d*) ?\|", re.MULTILINE)
 WALKS = {
     "From `z_goal` to the actuators": (12, 9),
-    "From a CSV to the coefficients of the spline": (12, 8),
+    "From a CSV to the coefficients of the spline": (12, 9),
     "From a hand length to geoms": (8, 3),
 }
 """The most calls and modules."""

@@ -23,6 +23,7 @@ from handsim.grasping.planning import plan_store
 from handsim.joints import JOINTS
 from handsim.learning import controller
 from handsim.objects.catalogue import OBJECTS
+from handsim.recordings.glove.calibrate import POSTURES
 from handsim.tasks.rules import MAX_PENETRATION, TRACE_HEIGHT
 from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS
 from handsim.tasks.task import PassRule, Task
@@ -41,10 +42,12 @@ SUBSTITUTIONS = {
 """What pages may name as ``{{ name }}``."""
 
 ROOMS = (
-    "recordings", "recordings.fitting", "recordings.importers", "recordings.points", "navigation", "learning", "learning.direction",
-    "learning.pde", "learning.fit", "hand", "objects", "tasks", "retargeting", "grasping",
-    "grasping.planning", "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline",
-    "viewing", "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli",
+    "recordings", "recordings.columns", "recordings.cutting", "recordings.fitting",
+    "recordings.glove", "recordings.importers", "recordings.importers.ninapro",
+    "recordings.points", "navigation", "learning", "learning.direction", "learning.pde",
+    "learning.fit", "hand", "objects", "tasks", "retargeting", "grasping", "grasping.planning",
+    "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline", "viewing",
+    "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip
 
 
@@ -211,9 +214,27 @@ def joint_table() -> str:
     return "\n".join(rows)
 
 
+def posture_table() -> str:
+    """Return the table of postures by which a glove is calibrated."""
+    rows = ["| file begins with | angles, deg |", "|---|---|"]
+    for name, angles in POSTURES.items():
+        if any(angles.values()):
+            said = ", ".join(f"`{joint}` {angle:g}" for joint, angle in angles.items() if angle)
+            others = [joint for joint, angle in angles.items() if not angle]
+            said += f"; the other {len(others)} stated are 0" if others else ""
+        else:
+            said = "all 0: fingers together, thumb beside the index finger, wrist straight"
+        rows.append(f"| `{name}` | {said} |")
+    return "\n".join(rows)
+
+
 MAKERS = {
-    "joints": joint_table, "objects": object_table, "public": public_table, "tasks": task_table
-}  # fmt: skip
+    "joints": joint_table,
+    "objects": object_table,
+    "postures": posture_table,
+    "public": public_table,
+    "tasks": task_table,
+}
 
 
 def _cell(text: str) -> str:

@@ -46,9 +46,10 @@ def recordings_or_built_in(
     ImplausibleError
         If they cannot be.
     """
-    from handsim.cli.console import note
+    from handsim.cli.console import fraction_done, note
 
-    recordings = read_any_recordings(folder)
+    with fraction_done("reading") as progress:
+        recordings = read_recordings(folder_or_built_in(folder), progress)
     known = stored_notes(folder) if folder is not None else frozenset[str]()
     for line in said_of(recordings, known):
         note(line)
@@ -58,12 +59,9 @@ def recordings_or_built_in(
     return recordings
 
 
-def read_any_recordings(folder: Path | None) -> RecordingSet:
-    """Read recordings, plausible or not; a bar shows how far it is."""
-    from handsim.cli.console import fraction_done
-
-    with fraction_done("reading") as progress:
-        return read_recordings(folder or data_folder("assets") / "experiments", progress)
+def folder_or_built_in(folder: Path | None) -> Path:
+    """Return a folder of recordings; by default that of the built-in experiments."""
+    return folder or data_folder("assets") / "experiments"
 
 
 def said_of(recordings: RecordingSet, known: frozenset[str] = frozenset()) -> list[str]:

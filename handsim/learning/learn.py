@@ -113,23 +113,24 @@ def learn_controller(
         learner = method
         if k is not None or certified or seed or options:
             raise InputError(f"options beside {learner!r}; give them to the learner itself")
-    return _learned(recordings, n_components, learner, tuple(sorted(accept)), progress)
-
-
-def _learned(
-    recordings: RecordingSet,
-    n_components: int,
-    learner: Learner,
-    accepted: tuple[str, ...],
-    progress: Progress | None = None,
-) -> Learned:
-    """Fit subspace and learner to recordings that have been checked."""
     kept = options_of(learner)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     paths = [subspace.transform(r.q) for r in recordings]
     began = perf_counter()
     learner.fit(paths, [r.time for r in recordings], progress=progress)
     seconds = perf_counter() - began
+    return _learned(recordings, subspace, learner, kept, tuple(sorted(accept)), seconds)
+
+
+def _learned(
+    recordings: RecordingSet,
+    subspace: PostureSubspace,
+    learner: Learner,
+    kept: Options,
+    accepted: tuple[str, ...],
+    seconds: float,
+) -> Learned:
+    """Put together what a fitted learner found, with the options that it was asked with."""
     controller = GraspController(
         subspace=subspace,
         navigation=learner.navigation_,
@@ -142,7 +143,7 @@ def _learned(
     summary = {
         "method": controller.method,
         "n_recordings": len(recordings),
-        "n_components": n_components,
+        "n_components": controller.navigation.n_dimensions,
         "variance_explained": float(subspace.explained_variance_ratio_.sum()),
         "n_coefficients": getattr(learner, "n_coefficients_", None),
         "iterations": getattr(learner, "n_iterations_", None),
@@ -190,8 +191,9 @@ def learn_like(
         )
     else:
         copy = learner_with(cast(Method, method), learned.options)
-    check_plausible(recordings, learned.accepted)  # its warnings were said the first time
-    return _learned(recordings, n, copy, learned.accepted).controller
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PlausibilityWarning)  # they were said the first time
+        return learn_controller(recordings, n, copy, accept=learned.accepted).controller
 
 
 def _asked_for(

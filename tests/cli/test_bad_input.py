@@ -60,7 +60,10 @@ def set_cell(row: int, column: int, value: str):
         (set_cell(9, 0, "0.0"), ("row 10", "time_s")),
         (set_cell(4, 7, "181"), ("row 5", "index_dip_deg", "180")),
         (lambda lines: lines[:6], ("10",)),
-        (lambda lines: [line + ",1" for line in lines], ("column",)),
+        (
+            lambda lines: [f"{line},{line.split(',')[4]}" for line in lines],
+            ("abduction_deg", "twice"),
+        ),
         (lambda lines: [], ("empty",)),
     ],
 )

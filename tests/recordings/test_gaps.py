@@ -45,3 +45,15 @@ def test_nothing_leaves_what_lies_between_the_neighbours() -> None:
 def test_a_column_without_values_stays_empty() -> None:
     filled, bridged = bridge(TIME, np.full((40, 1), np.nan), 1.0)
     assert np.isnan(filled).all() and not bridged.any()
+
+
+def test_two_values_are_enough_for_a_straight_line() -> None:
+    values = np.full((40, 1), np.nan)
+    values[[0, -1], 0] = 0.0, 1.0
+    np.testing.assert_allclose(bridge(TIME, values, 1.0)[0][:, 0], TIME / TIME[-1], atol=1e-12)
+
+
+def test_a_step_beside_a_gap_does_not_swing_into_it() -> None:
+    step = np.where(np.arange(40) < 21, 0.0, 1.0)[:, None]
+    step[22:27] = np.nan
+    np.testing.assert_allclose(bridge(TIME, step, 1.0)[0][21:], 1.0, atol=1e-12)

@@ -10,7 +10,7 @@ from handsim import data_folder
 from handsim.joints import JOINT_INDEX, N_JOINTS
 from handsim.recordings.folder import INDEX_FILE, read_recordings, write_recordings
 from handsim.recordings.recording import RecordingSet
-from handsim.recordings.sides import MIRRORED_JOINTS, looks_mirrored, mirrored
+from handsim.recordings.sides import MIRRORED_JOINTS, looks_mirrored, mirrored, on_one_side
 from handsim.types import HandSize
 
 COLUMNS = [JOINT_INDEX[name] for name in MIRRORED_JOINTS]
@@ -94,3 +94,50 @@ def test_a_column_like_side_is_taken_for_it(
     assert read[0].hand.side == side
     assert read[0].extra == {"handedness": value}
     assert ("side left by column handedness" in read[0].notes) == (side == "left")
+
+
+def abductions(*degrees: tuple[float, float, float, float]) -> np.ndarray:
+    """Ten frames of each: abductions of thumb, index, ring and little finger [deg]."""
+    q = np.zeros((10 * len(degrees), N_JOINTS))
+    q[:, COLUMNS[:4]] = np.deg2rad(degrees).repeat(10, axis=0)
+    return q
+
+
+OTHER = (-20.0, -15.0, -15.0, -15.0)
+EVIDENCE: dict[str, tuple[list[np.ndarray], bool]] = {
+    "all negative": ([abductions(OTHER)], True),
+    "thumb hardly closed": ([abductions((-2, -20, -20, -20))], False),
+    "thumb and two fingers": ([abductions((-20, -15, -15, 5))], True),
+    "thumb and one finger": ([abductions((-20, -15, 5, 5))], False),
+    "open at the start": ([abductions((10, 10, 10, 10), OTHER)], False),
+    "another recording says otherwise": (
+        [abductions(OTHER), abductions((16, 10, 10, 10))],
+        False,
+    ),
+    "inside the ranges": ([abductions((-4, -4, -4, -4), (60, 0, 0, 0))], False),
+    "outside both ways, 15 and 12.5 deg": (
+        [abductions((-20, -5, -5, -5), (17.5, 0, 0, 0))],
+        False,
+    ),
+    "outside both ways, 15 and 7.5 deg": (
+        [abductions((-20, -5, -5, -5), (12.5, 0, 0, 0))],
+        True,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", EVIDENCE)
+def test_what_is_evidence_of_the_other_hand(case: str) -> None:
+    postures, expected = EVIDENCE[case]
+    assert looks_mirrored(postures) == expected
+
+
+def test_each_session_is_judged_alone(people: RecordingSet) -> None:
+    hand = HandSize(0.19, 0.085, "left")
+    first = replace(people[0], hand=hand, session="a", q=mirrored(people[0].q))
+    second = replace(people[1], hand=hand, session="b")
+    one, other = on_one_side([first, second])
+    np.testing.assert_array_equal(one.q, people[0].q)
+    np.testing.assert_array_equal(other.q, people[1].q)
+    assert "turned around" in one.notes[-1]
+    assert other.notes == second.notes

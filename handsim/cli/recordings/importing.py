@@ -6,7 +6,16 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from handsim.cli.console import Folder, JsonFlag, note, say, say_json, say_table, writable
+from handsim.cli.console import (
+    Folder,
+    JsonFlag,
+    fraction_done,
+    note,
+    say,
+    say_json,
+    say_table,
+    writable,
+)
 from handsim.cli.recordings.calibrating import calibrate, map_
 from handsim.cli.recordings.cutting import PICTURES, cut
 
@@ -109,12 +118,14 @@ def info(
     json: JsonFlag = False,
 ) -> None:
     """Show what a folder of recordings holds, and whether it can be right."""
-    from handsim.cli.defaults import read_any_recordings
+    from handsim.cli.defaults import folder_or_built_in
     from handsim.recordings.contents import summarise
+    from handsim.recordings.folder import read_recordings
 
     if plot is not None:
         writable(plot, *PICTURES)
-    recordings = read_any_recordings(folder)
+    with fraction_done("reading") as progress:
+        recordings = read_recordings(folder_or_built_in(folder), progress)
     summary = summarise(recordings)
     if plot is not None:
         from handsim.viewing.figures.recordings_figure import recordings_figure

@@ -17,7 +17,7 @@ class CutOptions:
     rest_speed
         Share of a reach's peak speed under which the hand stands still; a reach starts and ends
         there. None is 0.2 where the palm is followed, which never quite stands still in the air,
-        and 0.1 where only the joints are.
+        and 0.08 where only the joints are.
     longest_pause_s
         A stop on the way that is shorter is a pause within a reach; a longer one ends it [s].
     channel

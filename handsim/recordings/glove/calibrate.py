@@ -171,7 +171,7 @@ def postures_of_files(files: Sequence[Path]) -> list[HeldPosture]:
         If a file is no raw file, or named as no posture.
     """
     held: list[HeldPosture] = []
-    for file in files:
+    for file in map(Path, files):
         name = next((n for n in sorted(POSTURES, key=len, reverse=True)
                      if file.stem.lower().replace("_", "-").startswith(n)), None)  # fmt: skip
         if name is None:
@@ -231,7 +231,7 @@ def counts_of_files(files: Sequence[Path]) -> list[Array]:
     FileError
         If one is no raw file.
     """
-    return [_counts(file, None) for file in files]
+    return [_counts(Path(file), None) for file in files]
 
 
 def _counts(file: Path, rows: tuple[float, float] | None, section: Section | None = None) -> Array:

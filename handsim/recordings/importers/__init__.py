@@ -1,4 +1,5 @@
 """Files of other layouts, one module a layout.
 
-In: the files as they were published. Out: a `RecordingSet` cut to the reach-to-grasp phase.
+In: files as they were recorded or published, and `ImportOptions`. Out: a `RecordingSet`; cutting is
+`recordings.cutting`, but for West and Hogan's trials, which hold one reach each.
 """

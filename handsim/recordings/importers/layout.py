@@ -56,7 +56,10 @@ class ImportOptions:
     unwrap: bool = False
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
+        """Check the numbers; names of files may be text."""
+        for name in ("column_map", "calibration"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, Path(getattr(self, name)))
         if not 0 <= self.bridge_s <= 10:  # also true of NaN
             raise InputError(f"gaps of {self.bridge_s:g} s to bridge; give 0 to 10 s")
         if self.rate_hz is not None and not 1 <= self.rate_hz <= 100_000:
