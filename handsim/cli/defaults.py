@@ -53,6 +53,9 @@ def recordings_or_built_in(
     known = stored_notes(folder) if folder is not None else frozenset[str]()
     for line in said_of(recordings, known):
         note(line)
+    n_left = sum(recording.hand.side == "left" for recording in recordings)
+    if n_left:
+        note(f"{n_left} of {len(recordings)} recordings of a left hand, taken as its mirror image")
     accepted = {*(accept or ()), *(learned.accepted if learned is not None else ())}
     for line in lines_of(check_plausible(recordings, accepted)):
         note(line)

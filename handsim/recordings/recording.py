@@ -247,6 +247,6 @@ def check_frames(where: str, time: Array, angles: Array, rows: Index) -> None:
         row, joint = (int(i) for i in beyond[0])
         raise FileError(
             f"{where}: row {rows[row]}, column {JOINT_NAMES[joint]}_deg: {angles[row, joint]:g} "
-            f"deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it, or calibrate raw counts and take "
-            "out jumps of 360 deg with `handsim recordings import`"
+            f"deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it, or import the file: raw counts "
+            "with --calibration, turns of 360 deg with --unwrap"
         )

@@ -141,6 +141,8 @@ def test_a_left_hand_is_played_on_the_right_side(run, tmp_path):
     assert "turned around" in run("recordings", "import", USER_FILES / "left-hand", *words).err
     said = run("recordings", "info", tmp_path / "left", "--json").json()
     assert {row["side"] for row in said["recordings"]} == {"left"}
+    learned = run("learn", tmp_path / "left", "-o", tmp_path / "c.npz", "--components", 1)
+    assert "2 of 2 recordings of a left hand, taken as its mirror image" in learned.err
     assert {row["light"] for row in said["recordings"]} == {"green"}
     as_given, mirrored = (
         read_recordings(folder) for folder in (USER_FILES / "left-hand", tmp_path / "left")

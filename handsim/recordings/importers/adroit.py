@@ -154,8 +154,15 @@ def _recording(
         task=options.task or "door-open",
         hand=options.hand or UNKNOWN_HAND,
         channels=channels,
-        notes=(*notes, "palm_arch from LFJ4", "middle_abduction kept as a channel"),
+        notes=(*notes, *NOTES),
     )
+
+
+NOTES = (
+    "palm_arch from LFJ4",
+    "middle_abduction kept as a channel",
+    "a reach ends where the latch first moves, cut it out with --channel latch_rad",
+)
 
 
 def _without_start(rows: Array, rate: float) -> tuple[Array, list[str]]:
