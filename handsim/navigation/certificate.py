@@ -235,12 +235,15 @@ def _greatest_on_faces(cells: Cells, low: Array, high: Array) -> float:
             beta = ends[..., 0 if outward < 0 else 1].reshape(len(own.origin), -1)
             slope = outward * degree * np.diff(ends, axis=-1).reshape(len(beta), -1)
             slope = slope / own.size[:, i, None]
-            far = np.maximum(np.abs(own.origin - high), np.abs(own.origin + own.size - low))
-            far = np.maximum(far, np.maximum(own.origin + own.size - low, high - own.origin))
-            reach = (far**2).sum(axis=1, keepdims=True) / nearest
+            reach = (_farthest(own, low, high) ** 2).sum(axis=1, keepdims=True) / nearest
             rising = np.maximum(slope, 0.0)
             greatest = max(greatest, float(_greatest_ratio(rising * reach, 2.0 * beta).max()))
     return greatest * (1 + 1e-12)
+
+
+def _farthest(cells: Cells, low: Array, high: Array) -> Array:
+    """Greatest distance, along each dimension, of a point of a cell from a destination, (N, n)."""
+    return np.maximum(np.abs(cells.origin - high), np.abs(cells.origin + cells.size - low))
 
 
 def _rounding_of(cells: Cells, low: Array, high: Array) -> Array:
@@ -250,7 +253,7 @@ def _rounding_of(cells: Cells, low: Array, high: Array) -> Array:
     differences are divided by the size of the cell and multiplied with distances to destinations.
     """
     degree = cells.coefficients.shape[1] - 1
-    extent = np.maximum(np.abs(cells.origin - high), np.abs(cells.origin + cells.size - low))
+    extent = _farthest(cells, low, high)
     largest = np.abs(cells.coefficients).reshape(len(extent), -1).max(axis=1)
     slopes = 2.0 * degree * largest[:, None] * extent / cells.size
     n_sums = 4 * (degree + 1) ** 2 * len(low)

@@ -8,9 +8,15 @@ from handsim.joints import JOINT_NAMES, LOWER, UPPER
 from handsim.recordings.plausibility import Anomaly, anomalies
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.recordings.statistics import median_statistics, reach_statistics
+from handsim.types import Array, Mask
 
 ROUNDING = np.deg2rad(0.1)
 """By so much an angle at the end of its range may pass it: filters overshoot, files are rounded."""
+
+
+def out_of_range(q: Array) -> Mask:
+    """Return which angles (..., 22) [rad] are outside their ranges by more than `ROUNDING`."""
+    return (q < LOWER - ROUNDING) | (q > UPPER + ROUNDING)
 
 
 def summarise(recordings: RecordingSet) -> dict[str, Any]:
@@ -28,7 +34,7 @@ def summarise(recordings: RecordingSet) -> dict[str, Any]:
         ``warnings``: ``kind``, ``severity``, ``joint``, ``value``, ``limit``, ``message``).
     """
     q = np.vstack([recording.q for recording in recordings])
-    outside = (q < LOWER - ROUNDING) | (q > UPPER + ROUNDING)
+    outside = out_of_range(q)
     joints = {
         name: {
             "n_frames": int(outside[:, j].sum()),

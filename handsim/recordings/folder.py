@@ -17,11 +17,9 @@ import numpy as np
 
 from handsim.disk import naming
 from handsim.errors import FileError, InputError
-from handsim.joints import JOINT_NAMES
 from handsim.recordings.delimited import read_table
-from handsim.recordings.gaps import bridge
+from handsim.recordings.gaps import bridge_joints
 from handsim.recordings.posture_file import (
-    PostureTable,
     checked_postures,
     postures_text,
     read_posture_table,
@@ -37,8 +35,10 @@ INDEX_COLUMNS = (
 """Columns of ``experiments.csv`` that have to be there."""
 SAID_COLUMNS = ("side", "session", "notes")
 """Columns that are read where they are there; ``side`` is always written."""
-_SIDES: dict[str, Side] = {"right": "right", "r": "right", "left": "left", "l": "left"}
-_LIKE_SIDE = ("handedness", "hand", "hand_side")
+SIDE_WORDS: dict[str, Side] = {"right": "right", "r": "right", "left": "left", "l": "left"}
+"""What a cell may call a side, in small letters."""
+SIDE_COLUMNS = ("side", "handedness", "hand", "hand_side")
+"""Columns that may say the side; only the first of them must."""
 
 
 def read_recordings(
@@ -95,10 +95,7 @@ def read_recordings(
         recordings.append(_recording_of_row(folder, where, values, bridge_s, radians))
         if progress is not None:
             progress((i + 1) / len(table))
-    try:
-        return RecordingSet(tuple(on_one_side(recordings)))
-    except InputError as error:
-        raise FileError(f"{index}: {error}") from error
+    return on_one_side(recordings, str(index))
 
 
 def stored_notes(folder: Path) -> frozenset[str]:
@@ -191,8 +188,8 @@ def _recording_of_row(
     content = read_posture_table(folder / file)
     if radians:
         content = replace(content, angles=np.rad2deg(content.angles))
-    content, bridged = bridged_gaps(content, bridge_s)
-    time, q = checked_postures(content)
+    angles, bridged = bridge_joints(content.time, content.angles, bridge_s)
+    time, q = checked_postures(replace(content, angles=angles))
     side, said = _side(where, values)
     notes = _notes_in(values.get("notes", ""))
     further = [each for each in (*content.notes, *bridged, *said) if each not in notes]
@@ -222,35 +219,15 @@ def _notes_in(cell: str) -> list[str]:
 
 def _side(where: str, values: Mapping[str, str]) -> tuple[Side, list[str]]:
     """Return the side of a row, and what to say where another column was taken for it."""
-    column = next((name for name in ("side", *_LIKE_SIDE) if name in values), None)
+    column = next((name for name in SIDE_COLUMNS if name in values), None)
     if column is None or not values[column]:
         return "right", []
-    side = _SIDES.get(values[column].lower())
+    side = SIDE_WORDS.get(values[column].lower())
     if column != "side":
         return (side, [f"side {side} by column {column}"]) if side else ("right", [])
     if side is None:
         raise FileError(f"{where}, column side: '{values[column]}' is neither right nor left")
     return side, []
-
-
-def bridged_gaps(content: PostureTable, longest: float) -> tuple[PostureTable, list[str]]:
-    """Return a posture file's content with short gaps bridged, and notes that say which.
-
-    Parameters
-    ----------
-    content
-    longest
-        From value to value [s]; 0 leaves all gaps.
-    """
-    if longest <= 0:
-        return content, []
-    angles, filled = bridge(content.time, content.angles, longest)
-    notes = [
-        f"bridged {count} frames of {name}"
-        for name, count in zip(JOINT_NAMES, filled.sum(axis=0), strict=True)
-        if count
-    ]
-    return replace(content, angles=angles), notes
 
 
 def _index_text(recordings: RecordingSet) -> str:

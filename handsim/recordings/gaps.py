@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from handsim.joints import JOINT_NAMES
 from handsim.types import Array, Mask
 
 
@@ -45,6 +46,30 @@ def bridge(time: Array, values: Array, longest: float) -> tuple[Array, Mask]:
             elif time[after] - time[before] <= longest:
                 column[start:stop] = curve(time[start:stop])
     return filled, np.isfinite(filled) & ~np.isfinite(values)
+
+
+def bridge_joints(time: Array, angles: Array, longest: float) -> tuple[Array, list[str]]:
+    """Bridge gaps of the 22 joints, and say which.
+
+    Parameters
+    ----------
+    time : (n,) [s], increasing
+    angles : (n, 22)
+        NaN where missing.
+    longest
+        As in `bridge`; 0 leaves all gaps.
+
+    Returns
+    -------
+    angles : (n, 22)
+    notes
+        How many frames of which joints were filled.
+    """
+    if longest <= 0:
+        return angles, []
+    filled, bridged = bridge(time, angles, longest)
+    counts = zip(JOINT_NAMES, bridged.sum(axis=0), strict=True)
+    return filled, [f"bridged {count} frames of {name}" for name, count in counts if count]
 
 
 def _gaps(missing: Mask) -> list[tuple[int, int]]:

@@ -56,7 +56,7 @@ def low_pass(q: Array, rate: float = RATE, cutoff: float = CUTOFF) -> Array:
 
 
 def hand_speed(q: Array, rate: float = RATE) -> Array:
-    """Return the Euclidean norm over the joints of the angular velocity, (n,) [rad/s]."""
+    """Return the Euclidean norm of the velocity, (n,): of joints [rad/s], or of a place [m/s]."""
     return np.linalg.norm(np.gradient(q, 1 / rate, axis=0), axis=1)
 
 

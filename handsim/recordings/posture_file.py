@@ -55,6 +55,29 @@ class PostureTable:
     notes: tuple[str, ...]
 
 
+def filled_dips(angles: Array) -> tuple[Array, tuple[str, ...]]:
+    """Fill those distal joints that have no value at all from the joint before them.
+
+    Parameters
+    ----------
+    angles : (n, 22)
+
+    Returns
+    -------
+    angles : (n, 22)
+    notes
+        Which were filled, if any.
+    """
+    filled = np.array(angles, dtype=float)
+    names = [n for n in DIP_JOINTS if np.isnan(filled[:, JOINT_NAMES.index(n)]).all()]
+    for name in names:
+        pip = JOINT_NAMES.index(name.replace("_dip", "_pip"))
+        filled[:, JOINT_NAMES.index(name)] = DIP_OF_PIP * filled[:, pip]
+    if not names:
+        return filled, ()
+    return filled, (f"{', '.join(names)} filled as {DIP_OF_PIP:g} times the PIP joint",)
+
+
 def read_posture_table(path: Path) -> PostureTable:
     """Read a posture file, values that are missing included.
 
@@ -79,14 +102,12 @@ def read_posture_table(path: Path) -> PostureTable:
         raise FileError(_missing(table, twice))
     values = table.values([header.index(name) for name in (*wanted, *channels)])
     notes = [f"{path.name}: {table.found}"] if table.found else []
-    angles = np.empty((len(table), N_JOINTS))
+    angles = np.full((len(table), N_JOINTS), np.nan)
     for column, name in enumerate(wanted[1:], start=1):
         angles[:, JOINT_NAMES.index(name.removesuffix("_deg"))] = values[:, column]
     if fills:
-        for name in filled:
-            pip = JOINT_NAMES.index(name.replace("_dip", "_pip"))
-            angles[:, JOINT_NAMES.index(name)] = DIP_OF_PIP * angles[:, pip]
-        notes.append(f"{', '.join(filled)} filled as {DIP_OF_PIP:g} times the PIP joint")
+        angles, said = filled_dips(angles)
+        notes += said
     ignored = [name for name in header if name and name not in wanted and name not in channels]
     if ignored:
         notes.append(f"columns ignored: {', '.join(ignored)}")

@@ -10,8 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, LOWER, UPPER
-from handsim.recordings.recording import Recording
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import Array, Index
 
 MIRRORED_JOINTS = tuple(name for name in JOINT_NAMES if name.endswith(("_abduction", "_deviation")))
@@ -58,8 +59,22 @@ def looks_mirrored(postures: Sequence[Array]) -> bool:
     return _outside(q, lower, upper) > EVIDENCE * _outside(-q, lower, upper)
 
 
-def on_one_side(recordings: Iterable[Recording]) -> list[Recording]:
-    """Return recordings with left hands in the signs of this project, hand by hand."""
+def on_one_side(recordings: Iterable[Recording], where: str, remedy: str = "") -> RecordingSet:
+    """Return recordings as a set, left hands in the signs of this project, hand by hand.
+
+    Parameters
+    ----------
+    recordings
+    where
+        What messages begin with, such as a file.
+    remedy
+        What they end with.
+
+    Raises
+    ------
+    FileError
+        If there is none, or two have one name.
+    """
     recordings = list(recordings)
     left = [r for r in recordings if r.hand.side == "left"]
     turned: set[str] = set()
@@ -68,10 +83,15 @@ def on_one_side(recordings: Iterable[Recording]) -> list[Recording]:
         if looks_mirrored([r.q for r in of_hand]):
             turned |= {r.name for r in of_hand}
     note = f"left hand in the signs of a right glove: {', '.join(MIRRORED_JOINTS)} turned around"
-    return [
-        replace(r, q=mirrored(r.q), notes=(*r.notes, note)) if r.name in turned else r
-        for r in recordings
-    ]
+    try:
+        return RecordingSet(
+            tuple(
+                replace(r, q=mirrored(r.q), notes=(*r.notes, note)) if r.name in turned else r
+                for r in recordings
+            )
+        )
+    except InputError as error:
+        raise FileError(f"{where}: {error}{remedy}") from error
 
 
 def _outside(q: Array, lower: Array, upper: Array) -> float:

@@ -136,7 +136,7 @@ def test_each_session_is_judged_alone(people: RecordingSet) -> None:
     hand = HandSize(0.19, 0.085, "left")
     first = replace(people[0], hand=hand, session="a", q=mirrored(people[0].q))
     second = replace(people[1], hand=hand, session="b")
-    one, other = on_one_side([first, second])
+    one, other = on_one_side([first, second], "folder")
     np.testing.assert_array_equal(one.q, people[0].q)
     np.testing.assert_array_equal(other.q, people[1].q)
     assert "turned around" in one.notes[-1]

@@ -12,8 +12,7 @@ import numpy as np
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_NAMES, LOWER, N_JOINTS, UPPER
 from handsim.recordings.columns.sections import brief
-from handsim.recordings.gaps import bridge
-from handsim.recordings.posture_file import DIP_JOINTS, DIP_OF_PIP
+from handsim.recordings.gaps import bridge_joints
 from handsim.recordings.recording import Recording, check_frames
 from handsim.types import Array, HandSize, Index
 
@@ -106,8 +105,8 @@ def recording_of(
     frames = _with_times(frames)
     if unwrap:
         frames = _unwrapped(frames)
-    if bridge_s > 0:
-        frames = _bridged(frames, bridge_s)
+    angles, bridged = bridge_joints(frames.time, frames.angles, bridge_s)
+    frames = replace(frames, angles=angles).noted(*bridged)
     missing = np.argwhere(~np.isfinite(frames.angles))
     if missing.size:
         row, joint = (int(i) for i in missing[0])
@@ -137,29 +136,6 @@ def recording_of(
         raise
     except InputError as error:
         raise FileError(f"{frames.where}: {error}") from error
-
-
-def filled_dips(angles: Array) -> tuple[Array, tuple[str, ...]]:
-    """Fill those distal joints that have no value at all from the joint before them.
-
-    Parameters
-    ----------
-    angles : (n, 22)
-
-    Returns
-    -------
-    angles : (n, 22)
-    notes
-        Which were filled, if any.
-    """
-    filled = np.array(angles, dtype=float)
-    names = [n for n in DIP_JOINTS if np.isnan(filled[:, JOINT_NAMES.index(n)]).all()]
-    for name in names:
-        pip = JOINT_NAMES.index(name.replace("_dip", "_pip"))
-        filled[:, JOINT_NAMES.index(name)] = DIP_OF_PIP * filled[:, pip]
-    if not names:
-        return filled, ()
-    return filled, (f"{', '.join(names)} filled as {DIP_OF_PIP:g} times the PIP joint",)
 
 
 def _place(frames: Frames, row: int, joint: int) -> str:
@@ -213,16 +189,6 @@ def _unwrapped(frames: Frames) -> Frames:
             notes.append(
                 f"jumps of 360 deg taken out of {JOINT_NAMES[joint]} ({changed.sum()} frames)"
             )
-    return replace(frames, angles=angles).noted(*notes)
-
-
-def _bridged(frames: Frames, longest: float) -> Frames:
-    angles, filled = bridge(frames.time, frames.angles, longest)
-    notes = [
-        f"bridged {count} frames of {name}"
-        for name, count in zip(JOINT_NAMES, filled.sum(axis=0), strict=True)
-        if count
-    ]
     return replace(frames, angles=angles).noted(*notes)
 
 

@@ -6,15 +6,20 @@ from pathlib import Path
 
 from handsim.disk import naming
 from handsim.errors import FileError
+from handsim.files import is_file
 from handsim.recordings.columns.frames import Labels
 from handsim.recordings.delimited import read_table
-from handsim.recordings.folder import INDEX_COLUMNS, INDEX_FILE, SAID_COLUMNS
+from handsim.recordings.folder import (
+    INDEX_COLUMNS,
+    INDEX_FILE,
+    SAID_COLUMNS,
+    SIDE_COLUMNS,
+    SIDE_WORDS,
+)
 from handsim.recordings.importers.layout import UNKNOWN_HAND, ImportOptions
-from handsim.types import HandSize, Side
+from handsim.types import HandSize
 
 _SUFFIXES = frozenset({".csv", ".tsv", ".txt", ".dat", ".tab", ".asc", ".log"})
-_SIDES: dict[str, Side] = {"right": "right", "r": "right", "left": "left", "l": "left"}
-_SIDE_COLUMNS = ("side", "handedness", "hand", "hand_side")
 _NO_NAME = re.compile(r"[^\w.+-]+")
 
 
@@ -60,10 +65,7 @@ def _is_folder(path: Path) -> bool:
 def _index(folder: Path) -> dict[str, dict[str, str]]:
     """What ``experiments.csv`` says, by file; nothing where there is none."""
     index = folder / INDEX_FILE
-    try:
-        if not index.is_file():
-            return {}
-    except (OSError, ValueError):
+    if not is_file(index):
         return {}
     table = read_table(index)
     if "file" not in table.header:
@@ -87,7 +89,7 @@ def labels_of(path: Path, number: int, said: Mapping[str, str], options: ImportO
     FileError
         If a number or the side is none.
     """
-    known = {*INDEX_COLUMNS, *SAID_COLUMNS, *_SIDE_COLUMNS}
+    known = {*INDEX_COLUMNS, *SAID_COLUMNS, *SIDE_COLUMNS}
     subject = str(options.subject) if options.subject is not None else said.get("subject", "")
     stem = _NO_NAME.sub("-", path.stem).strip("-.") or f"recording-{number}"
     return Labels(
@@ -117,10 +119,10 @@ def hand_of(said: Mapping[str, str], options: ImportOptions, path: Path = Path()
         breadth = _number(path, said, "hand_breadth_m", breadth)
     if options.side:
         return HandSize(length, breadth, options.side)
-    for column in _SIDE_COLUMNS:
+    for column in SIDE_COLUMNS:
         text = said.get(column, "").lower()
-        if text in _SIDES:
-            return HandSize(length, breadth, _SIDES[text])
+        if text in SIDE_WORDS:
+            return HandSize(length, breadth, SIDE_WORDS[text])
         if text and column == "side":
             raise FileError(f"{path}: side '{text}' is neither right nor left; correct it")
     return HandSize(length, breadth, size.side)

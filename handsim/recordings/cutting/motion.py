@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handsim.errors import InputError
-from handsim.recordings.phases import RATE, low_pass, resample
+from handsim.recordings.phases import RATE, hand_speed, low_pass, resample
 from handsim.recordings.recording import MIN_FRAMES
 from handsim.types import Array, Mask
 
@@ -84,7 +84,7 @@ def motion_of(time: Array, q: Array, channels: Mapping[str, Array]) -> Motion:
     palm = _palm(time, channels, grid)
     if palm is not None:
         place, seen = palm
-    speed = np.linalg.norm(np.gradient(place, 1 / RATE, axis=0), axis=1)
+    speed = hand_speed(place)
     return Motion(grid, q, place, speed, seen, palm is not None, _quietest(speed))
 
 

@@ -4,6 +4,7 @@ Rotations are (n, 3, 3); a point p of the body is at ``rotation @ p + position``
 """
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from handsim.types import Array
 
@@ -48,12 +49,7 @@ def apply(rotation: Array, vectors: Array) -> Array:
 
 def rotations_of(turns: Array) -> Array:
     """Return the rotations of rotation vectors (n, 3) [rad], (n, 3, 3)."""
-    angle = np.linalg.norm(turns, axis=1)[:, None, None]
-    x, y, z = turns.T
-    zero = np.zeros_like(x)
-    skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    half = np.sinc(angle / (2 * np.pi))  # sin(angle / 2) / (angle / 2)
-    return np.eye(3) + np.sinc(angle / np.pi) * skew + half**2 / 2 * (skew @ skew)
+    return Rotation.from_rotvec(turns).as_matrix()
 
 
 def quaternions_of(rotation: Array) -> Array:
@@ -61,24 +57,11 @@ def quaternions_of(rotation: Array) -> Array:
 
     The sign is that of the frame before; the first has w >= 0. A rotation of NaN gives NaN.
     """
-    n = len(rotation)
-    r = rotation
-    trace = r[:, 0, 0] + r[:, 1, 1] + r[:, 2, 2]
-    # Four ways to the same quaternion; the one with the greatest divisor is the exact one.
-    squares = np.stack([trace, r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]], axis=1)
-    best = np.argmax(np.where(np.isfinite(squares), squares, -np.inf), axis=1)
-    # 4 q q^T, from the rotation's own entries.
-    product = np.empty((n, 4, 4))
-    product[:, 0, 0] = 1 + trace
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        product[:, i + 1, i + 1] = 1 + 2 * r[:, i, i] - trace
-        product[:, 0, i + 1] = product[:, i + 1, 0] = r[:, k, j] - r[:, j, k]
-        product[:, j + 1, k + 1] = product[:, k + 1, j + 1] = r[:, j, k] + r[:, k, j]
-    made = product[np.arange(n), best]
-    made = made / np.linalg.norm(made, axis=1, keepdims=True)
-    known = np.flatnonzero(np.isfinite(made).all(axis=1))
+    made = np.full((len(rotation), 4), np.nan)
+    known = np.flatnonzero(np.isfinite(rotation).all(axis=(1, 2)))
     if len(known):
-        signs = np.sign((made[known][1:] * made[known][:-1]).sum(axis=1))
-        first = 1.0 if made[known[0], 0] >= 0 else -1.0
-        made[known] *= np.cumprod(np.concatenate([[first], np.where(signs < 0, -1, 1)]))[:, None]
+        quaternions = Rotation.from_matrix(rotation[known]).as_quat(scalar_first=True)
+        signs = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0, -1.0, 1.0)
+        first = 1.0 if quaternions[0, 0] >= 0 else -1.0
+        made[known] = quaternions * np.cumprod(np.concatenate([[first], signs]))[:, None]
     return made

@@ -161,6 +161,22 @@ def write_calibration(calibration: GloveCalibration, path: Path) -> None:
     write_text(Path(path), "\n".join(lines) + "\n")
 
 
+def calibration_of_counts(path: Path | None, units: str | None) -> GloveCalibration | None:
+    """Read the calibration of a glove, if one was given and the values may be counts.
+
+    Raises
+    ------
+    FileError
+        As `read_calibration`.
+    InputError
+        If they were said to be angles.
+    """
+    calibration = read_calibration(path) if path else None
+    if calibration and units in ("deg", "rad"):
+        raise InputError(f"units {units} and a calibration of counts; give one of the two")
+    return calibration
+
+
 def read_calibration(path: Path) -> GloveCalibration:
     """Read a calibration.
 

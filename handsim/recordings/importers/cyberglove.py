@@ -16,13 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
-from handsim.errors import FileError, InputError
+from handsim.errors import InputError
 from handsim.joints import JOINT_NAMES
-from handsim.recordings.columns.frames import Frames, filled_dips, recording_of
+from handsim.recordings.columns.frames import Frames, recording_of
 from handsim.recordings.columns.labels import labels_of, listed_files
-from handsim.recordings.glove.calibration import GloveCalibration, calibrated, read_calibration
+from handsim.recordings.glove.calibration import GloveCalibration, calibrated, calibration_of_counts
 from handsim.recordings.glove.counts import RawGlove, check_counts, read_raw
 from handsim.recordings.importers.layout import ImportOptions, Layout
+from handsim.recordings.posture_file import filled_dips
 from handsim.recordings.recording import RecordingSet
 from handsim.recordings.sides import on_one_side
 
@@ -43,9 +44,7 @@ def read_gloves(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
     InputError
         If counts come without a calibration, or frames without times and without a rate.
     """
-    calibration = read_calibration(options.calibration) if options.calibration else None
-    if calibration and options.units in ("deg", "rad"):
-        raise InputError(f"units {options.units} and a calibration of counts; give one of the two")
+    calibration = calibration_of_counts(options.calibration, options.units)
     recordings = [
         recording_of(
             _frames(read_raw(path), calibration, options),
@@ -55,10 +54,7 @@ def read_gloves(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
         )
         for number, (path, said) in enumerate(listed_files(files), start=1)
     ]
-    try:
-        return RecordingSet(tuple(on_one_side(recordings)))
-    except InputError as error:
-        raise FileError(f"{files[0]}: {error}") from error
+    return on_one_side(recordings, str(files[0]))
 
 
 def _frames(raw: RawGlove, calibration: GloveCalibration | None, options: ImportOptions) -> Frames:

@@ -17,14 +17,14 @@ from handsim.recordings.fitting.fit_hand import BAD_FIT_M, HandFit, fit_hand, ro
 from handsim.recordings.gaps import bridge
 from handsim.recordings.importers.layout import ImportOptions, Layout
 from handsim.recordings.points.channels import channels_of_fit
-from handsim.recordings.points.clocks import Clock, clock_of_rate, clock_of_stamps
-from handsim.recordings.points.keypoint_files import KeypointFile, read_keypoint_file
+from handsim.recordings.points.clocks import clock_of
+from handsim.recordings.points.keypoint_files import read_keypoint_file
 from handsim.recordings.points.keypoint_order import expected_places, in_order, metres_per_unit
-from handsim.recordings.recording import NOT_SEEN, Recording, RecordingSet
+from handsim.recordings.recording import MIN_FRAMES, NOT_SEEN, Recording, RecordingSet
 from handsim.types import Array
 
 BRIDGED_S = 0.1
-"""Longest gap of a point that is bridged where nothing was said [s]."""
+"""Longest gap of a keypoint or marker that is bridged where nothing was said [s]."""
 
 
 def read_keypoints(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
@@ -43,7 +43,10 @@ def read_keypoints(files: Sequence[Path], options: ImportOptions) -> RecordingSe
 
 def _recording(path: Path, number: int, options: ImportOptions) -> Recording:
     content = read_keypoint_file(path)
-    clock = _clock(path, content, options)
+    n = len(content.points)
+    if n < MIN_FRAMES:
+        raise FileError(f"{path}: {n} frames; at least {MIN_FRAMES} are needed")
+    clock = clock_of(str(path), n, content.stamps, options.rate_hz, content.rate_hz)
     points, notes = _in_metres(path, content.points[clock.kept], options)
     flat, bridged = bridge(
         clock.time, points.reshape(len(points), -1), options.bridge_s or BRIDGED_S
@@ -73,14 +76,6 @@ def _recording(path: Path, number: int, options: ImportOptions) -> Recording:
         channels=channels_of_fit(fit),
         notes=(*content.notes, *clock.notes, *notes, *notes_of_fit(fit)),
     )
-
-
-def _clock(path: Path, content: KeypointFile, options: ImportOptions) -> Clock:
-    if len(content.points) < 10:
-        raise FileError(f"{path}: {len(content.points)} frames; at least 10 are needed")
-    if content.stamps is not None and options.rate_hz is None:
-        return clock_of_stamps(str(path), content.stamps)
-    return clock_of_rate(len(content.points), options.rate_hz or content.rate_hz)
 
 
 def _in_metres(path: Path, points: Array, options: ImportOptions) -> tuple[Array, list[str]]:

@@ -20,7 +20,7 @@ from handsim.errors import FileError
 from handsim.joints import JOINT_INDEX
 from handsim.recordings.fitting.fit_hand import HandFit, fit_hand
 from handsim.recordings.gaps import bridge
-from handsim.recordings.importers.keypoints import notes_of_fit
+from handsim.recordings.importers.keypoints import BRIDGED_S, notes_of_fit
 from handsim.recordings.importers.layout import ImportOptions, Layout
 from handsim.recordings.points.beside_hand import (
     EPICONDYLE,
@@ -34,7 +34,7 @@ from handsim.recordings.points.channels import (
     pose_channels,
     position_channels,
 )
-from handsim.recordings.points.clocks import Clock, clock_of_rate, clock_of_stamps
+from handsim.recordings.points.clocks import Clock, clock_of
 from handsim.recordings.points.marker_files import MarkerFile, read_marker_file
 from handsim.recordings.points.marker_map import (
     LENGTH_UNITS,
@@ -45,11 +45,9 @@ from handsim.recordings.points.marker_map import (
     side_by_name,
 )
 from handsim.recordings.points.marker_roles import BODY_ROLES, MarkerRoles
-from handsim.recordings.recording import Recording, RecordingSet
+from handsim.recordings.recording import MIN_FRAMES, Recording, RecordingSet
 from handsim.types import Array
 
-BRIDGED_S = 0.1
-"""Longest gap of a marker that is bridged where nothing was said [s]."""
 UNSURE_SIZE = (
     "markers tell the size of the hand to about a tenth only: state it where it was measured"
 )
@@ -87,7 +85,8 @@ def _recording(
         roles = roles_by_name(content.names)
     on_hand = [name for name in content.names if name in roles.on_hand()]
     _check_hand(path, on_hand, content)
-    clock = _clock(path, content, options)
+    n = len(content.positions)
+    clock = clock_of(str(path), n, content.stamps, options.rate_hz, content.rate_hz)
     positions, notes = _in_metres(path, content, on_hand, said)
     positions, bridged = _bridged(clock, positions[clock.kept], options.bridge_s or BRIDGED_S)
     notes += bridged
@@ -131,21 +130,15 @@ def _recording(
 
 
 def _check_hand(path: Path, on_hand: list[str], content: MarkerFile) -> None:
-    if len(content.positions) < 10:
-        raise FileError(f"{path}: {len(content.positions)} frames; at least 10 are needed")
+    n = len(content.positions)
+    if n < MIN_FRAMES:
+        raise FileError(f"{path}: {n} frames; at least {MIN_FRAMES} are needed")
     if len(on_hand) < LEAST_HAND_MARKERS:
         raise FileError(
             f"{path}: {len(on_hand)} of {len(content.names)} markers taken for markers on the "
             f"hand, at least {LEAST_HAND_MARKERS} are needed; say by --map which is what: "
             f"{', '.join(content.names)[:300]}"
         )
-
-
-def _clock(path: Path, content: MarkerFile, options: ImportOptions) -> Clock:
-    rate = options.rate_hz or content.rate_hz
-    if content.stamps is not None and options.rate_hz is None:
-        return clock_of_stamps(str(path), content.stamps)
-    return clock_of_rate(len(content.positions), rate)
 
 
 def _in_metres(

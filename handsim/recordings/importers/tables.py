@@ -26,14 +26,14 @@ from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, N_JOINTS
 from handsim.recordings.columns.clock import TIME_UNITS, clock_seconds
 from handsim.recordings.columns.column_map import ColumnMap, MappedColumn, place_of, read_column_map
-from handsim.recordings.columns.frames import Frames, Labels, filled_dips, recording_of
+from handsim.recordings.columns.frames import Frames, Labels, recording_of
 from handsim.recordings.columns.guess import guess_map
 from handsim.recordings.columns.labels import labels_of, listed_files
 from handsim.recordings.columns.sections import brief
 from handsim.recordings.delimited import Table, read_table
 from handsim.recordings.glove.calibration import GloveCalibration, calibrated, read_calibration
 from handsim.recordings.importers.layout import ImportOptions, Layout
-from handsim.recordings.posture_file import CHANNEL
+from handsim.recordings.posture_file import CHANNEL, filled_dips
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.recordings.sides import on_one_side
 from handsim.types import Array
@@ -66,10 +66,7 @@ def read_tables(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
         of_map = {key: str(value) for key, value in found.labels.items()}
         labels = labels_of(path, number, {**of_map, **said}, options)
         recordings.append(_recording(table, found, calibration, labels, options))
-    try:
-        return RecordingSet(tuple(on_one_side(recordings)))
-    except InputError as error:
-        raise FileError(f"{files[0]}: {error}") from error
+    return on_one_side(recordings, str(files[0]))
 
 
 def _found(table: Table, options: ImportOptions) -> ColumnMap:

@@ -35,6 +35,21 @@ class Clock:
     notes: tuple[str, ...] = ()
 
 
+def clock_of(
+    where: str, n: int, stamps: Array | None, said_hz: float | None, file_hz: float | None
+) -> Clock:
+    """Return the times of n frames: by a rate that was said, by stamps, or by the file's rate.
+
+    Raises
+    ------
+    FileError
+        As `clock_of_stamps`.
+    """
+    if stamps is not None and said_hz is None:
+        return clock_of_stamps(where, stamps)
+    return clock_of_rate(n, said_hz or file_hz)
+
+
 def clock_of_stamps(where: str, stamps: Array) -> Clock:
     """Return the times of frames with time stamps (n,), whose unit is found by their steps.
 

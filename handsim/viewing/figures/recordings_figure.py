@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from handsim.joints import JOINTS, LOWER, UPPER
-from handsim.recordings.contents import ROUNDING
+from handsim.joints import JOINTS
+from handsim.recordings.contents import out_of_range
 from handsim.recordings.recording import RecordingSet
-from handsim.types import Array
+from handsim.types import Array, Mask
 from handsim.viewing.figures.style import BLUE, VERMILION, WIDE, LineStyle, add_legend, drawing
 
 if TYPE_CHECKING:
@@ -38,8 +38,9 @@ def recordings_figure(recordings: RecordingSet) -> "Figure":
     ----------
     recordings
     """
-    outside = np.vstack([(r.q < LOWER - ROUNDING) | (r.q > UPPER + ROUNDING) for r in recordings])
-    n_out = int(outside.any(axis=1).sum())
+    outside = [out_of_range(r.q) for r in recordings]
+    each_frame = np.vstack(outside)
+    n_out = int(each_frame.any(axis=1).sum())
     line: LineStyle = {
         "color": BLUE,
         "linewidth": 0.9 if len(recordings) < 10 else 0.6,
@@ -48,9 +49,10 @@ def recordings_figure(recordings: RecordingSet) -> "Figure":
     with drawing(WIDE, 7.6) as figure:
         panels = figure.subplots(ROWS, COLUMNS, sharex=True)
         for j, axes in enumerate(panels.flat[: len(JOINTS)]):
-            for recording in recordings:
-                _trace(axes, _clock(recording.time, len(recordings)), recording.q[:, j], j, line)
-            _dress(axes, j, int(outside[:, j].sum()))
+            for recording, out in zip(recordings, outside, strict=True):
+                clock = _clock(recording.time, len(recordings))
+                _trace(axes, clock, np.rad2deg(recording.q[:, j]), out[:, j], line)
+            _dress(axes, j, int(each_frame[:, j].sum()))
         for axes in panels.flat[len(JOINTS) :]:
             axes.set_axis_off()
         for axes in panels[ROWS - 2, len(JOINTS) % COLUMNS :]:  # nothing below them
@@ -58,7 +60,7 @@ def recordings_figure(recordings: RecordingSet) -> "Figure":
         for axes in panels[ROWS - 1, : len(JOINTS) % COLUMNS]:
             axes.set_xlabel("time [s]" if len(recordings) == 1 else "time / duration")
         figure.supylabel("angle [deg]", fontsize=8)
-        figure.suptitle(_title(recordings, n_out, len(outside)), fontsize=9)
+        figure.suptitle(_title(recordings, n_out, len(each_frame)), fontsize=9)
         add_legend(figure, {**line, "alpha": 1, "label": "recording"}, RANGE, _larger(OUTSIDE))
     return figure
 
@@ -68,11 +70,10 @@ def _clock(time: Array, n_recordings: int) -> Array:
     return since if n_recordings == 1 else since / since[-1]
 
 
-def _trace(axes: "Axes", clock: Array, q: Array, joint: int, line: LineStyle) -> None:
-    angles = np.rad2deg(q)
+def _trace(axes: "Axes", clock: Array, angles: Array, outside: Mask, line: LineStyle) -> None:
     step = max(1, len(angles) // MAX_POINTS)
     axes.plot(clock[::step], angles[::step], **line)
-    out = np.flatnonzero((q < LOWER[joint] - ROUNDING) | (q > UPPER[joint] + ROUNDING))
+    out = np.flatnonzero(outside)
     out = out[:: max(1, len(out) // MAX_POINTS)]
     axes.plot(clock[out], angles[out], **OUTSIDE, zorder=3)
 

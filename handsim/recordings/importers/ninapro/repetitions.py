@@ -8,11 +8,12 @@ import numpy as np
 
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_INDEX, JOINT_NAMES
-from handsim.recordings.columns.frames import Frames, Labels, filled_dips, recording_of
+from handsim.recordings.columns.frames import Frames, Labels, recording_of
 from handsim.recordings.columns.labels import hand_of
-from handsim.recordings.glove.calibration import GloveCalibration, calibrated, read_calibration
+from handsim.recordings.glove.calibration import GloveCalibration, calibrated, calibration_of_counts
 from handsim.recordings.importers.layout import ImportOptions, Layout
 from handsim.recordings.importers.ninapro.mat_file import NinaproFile, read_file
+from handsim.recordings.posture_file import filled_dips
 from handsim.recordings.recording import MIN_FRAMES, Recording, RecordingSet
 from handsim.recordings.sides import on_one_side
 from handsim.types import Array
@@ -37,17 +38,12 @@ def read_ninapro(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
     InputError
         If counts come without a calibration, or the rate cannot be told.
     """
-    calibration = read_calibration(options.calibration) if options.calibration else None
-    if calibration and options.units in ("deg", "rad"):
-        raise InputError(f"units {options.units} and a calibration of counts; give one of the two")
+    calibration = calibration_of_counts(options.calibration, options.units)
     recordings: list[Recording] = []
     for file in files:
         content = read_file(Path(file), options)
         recordings += _recordings(content, calibration, options, len(recordings))
-    try:
-        return RecordingSet(tuple(on_one_side(recordings)))
-    except InputError as error:
-        raise FileError(f"{files[0]}: {error}; give files of different exercises") from error
+    return on_one_side(recordings, str(files[0]), "; give files of different exercises")
 
 
 def _recordings(
