@@ -95,6 +95,13 @@ def test_options_without_a_use_are_refused(run, good, tmp_path):
     assert not (tmp_path / "x").exists()
 
 
+def test_counts_are_not_taken_for_angles(run, good, tmp_path):
+    words = ("--format", "handsim", "--units", "counts", "-o", tmp_path / "x")
+    result = run("recordings", "import", good, *words)
+    assert result.code == 2 and "give counts of a glove to format table" in result.err
+    assert not (tmp_path / "x").exists()
+
+
 def test_radians_are_imported_as_such(run, good, radians, tmp_path):
     words = ("--format", "handsim", "--units", "rad", "-o", tmp_path / "back")
     assert run("recordings", "import", radians, *words).code == 0

@@ -67,7 +67,7 @@ def _index(folder: Path) -> dict[str, dict[str, str]]:
     index = folder / INDEX_FILE
     if not is_file(index):
         return {}
-    table = read_table(index)
+    table = read_table(index, words=True)
     if "file" not in table.header:
         raise FileError(f"{index}: row {table.header_line}: column file is missing; add it")
     rows = [dict(zip(table.header, cells, strict=True))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from handsim.errors import FileError
+from handsim.errors import FileError, InputError
 from handsim.recordings.folder import INDEX_FILE, read_recordings
 from handsim.recordings.importers.layout import ImportOptions, Layout
 from handsim.recordings.recording import RecordingSet
@@ -17,7 +17,11 @@ def read_folder(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
     ------
     FileError
         As `read_recordings`, or if more than one folder is named.
+    InputError
+        If the angles are said to be counts.
     """
+    if options.units == "counts":
+        raise InputError("format handsim reads angles; give counts of a glove to format table")
     folders = {file.parent if file.name == INDEX_FILE else file for file in files}
     if len(folders) != 1:
         raise FileError(f"{len(folders)} folders; format handsim reads one at a time")

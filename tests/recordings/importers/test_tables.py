@@ -306,3 +306,17 @@ def test_messages_quote_in_brief(movement) -> None:
     values = np.hstack([movement.angles, movement.angles[:, :1]])
     wide = movement.write(header=["t", *movement.names, "y" * 5000], values=values)
     assert imported(wide).notes[-1] == f"columns ignored: {'y' * 37}..."
+
+
+def test_an_index_whose_second_row_is_mostly_empty_is_read(movement) -> None:
+    """Numbers and empty cells do not make it the first row of a table of numbers."""
+    movement.write("a.csv")
+    (movement.folder / "experiments.csv").write_text(
+        "file,number,subject,object,task,hand_length_m,hand_breadth_m,side,session,notes,lab,day\n"
+        "a.csv,1,P7,cup,cup-drink,0.18,0.08,right,monday,good,x,1st\n"
+        "b.csv,2,P7,cup,,0.18,0.08,,,,,\n"
+    )
+    movement.write("b.csv")
+    read = import_recordings([movement.folder], "table")
+    assert [r.name for r in read] == ["a", "b"]
+    assert (read[0].subject, read[0].object, read[0].hand.length) == ("P7", "cup", 0.18)
