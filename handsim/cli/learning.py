@@ -29,8 +29,14 @@ def learn(
         Literal["direction", "pde"], typer.Option(help="How beta is learned; pde is the paper's.")
     ] = "direction",
     k: Annotated[float | None, typer.Option(help="Exponent of the navigation function.")] = None,
+    free: Annotated[
+        bool, typer.Option("--free", help="Learn beta without the constraint that proves it.")
+    ] = False,
+    field_only: Annotated[
+        bool, typer.Option("--field-only", help="Follow beta's flow instead of predicted paths.")
+    ] = False,
     certified: Annotated[
-        bool, typer.Option("--certified", help="Learn so that convergence can be proven.")
+        bool, typer.Option("--certified", help="The default now; kept for earlier scripts.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the random samples.")] = 0,
     accept: Accept = None,
@@ -38,10 +44,15 @@ def learn(
 ) -> None:
     """Learn a controller from a folder of recordings."""
     from handsim.cli.defaults import recordings_or_built_in
+    from handsim.errors import InputError
     from handsim.learning.learn import learn_controller
     from handsim.recordings.plausibility import PlausibilityWarning
 
     writable(output, ".npz")
+    if certified:
+        if free or method == "pde":
+            raise InputError("--certified with --free or --method pde; leave one out")
+        note("--certified is the default now")
     recordings = recordings_or_built_in(folder, accept)
     with fraction_done("learning") as progress, warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # said when they were read
@@ -50,7 +61,8 @@ def learn(
             n_components=components,
             method=method,
             k=k,
-            certified=certified,
+            certified=False if free else None,
+            guided=False if field_only else None,
             seed=seed,
             progress=progress,
             accept=accept or (),
@@ -99,6 +111,9 @@ def evaluate(
     leave_one_out: Annotated[
         bool, typer.Option("--leave-one-out", help="Learn again without each recording in turn.")
     ] = False,
+    object_unknown: Annotated[
+        bool, typer.Option("--object-unknown", help="Do not tell the controller the object.")
+    ] = False,
     accept: Accept = None,
     json: JsonFlag = False,
 ) -> None:
@@ -111,9 +126,10 @@ def evaluate(
     recordings = recordings_or_built_in(folder, accept, learned)
     if leave_one_out:
         with fraction_done("leaving one out") as progress:
-            found = scores.leave_one_out(recordings, partial(learn_like, learned), progress)
+            again = partial(learn_like, learned)
+            found = scores.leave_one_out(recordings, again, progress, not object_unknown)
     else:
-        found = scores.evaluate(learned, recordings)
+        found = scores.evaluate(learned, recordings, not object_unknown)
     result = found.as_dict()
     if json:
         say_json(result)
@@ -124,12 +140,23 @@ def evaluate(
     say_table(("object", *header), [_score_row(row, "object") for row in result["per_object"]])
     say("")
     say(
-        f"{result['n_arrived']} of {result['n_recordings']} arrive; mean path error "
+        f"{result['n_arrived']} of {result['n_recordings']} arrive, {result['n_proven']} proven; "
+        f"mean path error "
         f"{result['path_error_deg']:.1f} deg, straight line "
         f"{result['straight_error_deg']:.1f} deg, ratio {result['ratio']:.2f}; direction off by "
         f"{result['direction_error_deg']:.0f} deg; {100 * result['variance_explained']:.1f} % of "
         "variance in the subspace"
     )
+    say(
+        f"over time {result['rms_over_time_deg']:.1f} deg a joint; with the recorded timing "
+        f"{result['rms_path_deg']:.1f}, with the recorded path {result['rms_clipping_deg']:.1f}, "
+        f"without ranges of motion {result['rms_truncation_deg']:.1f}; correlation of speeds "
+        f"{_rounded(result['speed_correlation'])}"
+    )
+
+
+def _rounded(number: float | None) -> str:
+    return "none" if number is None else f"{number:.2f}"
 
 
 def _score_row(row: dict[str, Any], key: str) -> tuple[str, ...]:
@@ -160,8 +187,12 @@ def postures(
         float | None, typer.Option(help="Duration in s; that of the recordings if left out.")
     ] = None,
     time_law: Annotated[
-        Literal["natural", "gradient"], typer.Option(help="Speed along the path.")
-    ] = "natural",
+        Literal["learned", "minimum-jerk", "gradient"], typer.Option(help="Speed along the path.")
+    ] = "learned",
+    grasped: Annotated[
+        str | None,
+        typer.Option("--object", help="Object to be grasped; that of --task if left out."),
+    ] = None,
 ) -> None:
     """Write the movement that the controller makes to a destination."""
     import numpy as np
@@ -177,10 +208,15 @@ def postures(
     if task is not None:
         recorded = learned.demonstration(task)
         q_start, q_goal = recorded.q_start, recorded.q_goal
+        grasped = grasped or recorded.object
     else:
         assert goal is not None
         q_start, q_goal = learned.demonstrations[0].q_start, read_postures(goal)[1][-1]
-    movement = learned.postures(q_start, q_goal, time_law=time_law, duration=duration)
+    if grasped is not None:
+        learned.check_object(grasped)
+    movement = learned.postures(
+        q_start, q_goal, grasped=grasped, time_law=time_law, duration=duration
+    )
     write_postures(movement.time, movement.q, output)
     away = f"{np.rad2deg(movement.goal_distance):.1f} deg from the destination"
     ending = "" if movement.arrived else f"; it does not arrive: {movement.reason}, {away}"

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from handsim.joints import JOINT_INDEX, N_JOINTS
-from handsim.learning.timing import minimum_jerk
+from handsim.learning.movement.progress import minimum_jerk
 from handsim.tasks.task import Step, Task
 from handsim.types import Array
 

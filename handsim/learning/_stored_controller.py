@@ -1,19 +1,31 @@
-"""What an archive must hold to be a controller, and what is restored of it.
+"""What an archive holds of a controller, and what is restored of it.
 
-An archive holds finite numbers that belong together; `check_content` refuses all others.
+An archive holds finite numbers that belong together; `restored` refuses all others.
 """
 
 from collections.abc import Mapping
-from typing import Any, cast
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from handsim.joints import N_JOINTS
+from handsim.errors import InputError
+from handsim.joints import LOWER, N_JOINTS, UPPER
 from handsim.learning.base import plain
 from handsim.learning.demonstration import Demonstration
+from handsim.learning.guide.predictor import GuideSettings
+from handsim.learning.movement.progress import N_PROGRESS, check_duration
 from handsim.learning.options import check_options, is_foreign
-from handsim.learning.timing import check_duration
+from handsim.learning.subspace import PostureSubspace
+from handsim.navigation.bspline import TensorBasis, TensorBSpline
+from handsim.navigation.function import NavigationFunction
+from handsim.navigation.metric import DestinationMetric
+from handsim.navigation.obstacle import ExponentialObstacle, SplineObstacle
+from handsim.navigation.paths import N_COMPARED
+
+if TYPE_CHECKING:
+    from handsim.learning.controller import GraspController
 
 MAX_VALUE = 1e6
 """Bound on every number: angles [rad], variances [rad^2], coefficients of ln(beta) / k or beta."""
@@ -22,8 +34,111 @@ MIN_WIDTH = 1e-6
 MAX_LOG_METRIC = 100.0
 """Bound on the logarithm of a metric's entries: their exponentials stay far from overflow."""
 _ACCURACY = 1e-6
+_VECTORS = ("q_start", "q_goal", "z_start", "z_goal")
+_CURVES = ("path", "progress")  # of each recording; files of schema 3 and less hold none
 
 Arrays = Mapping[str, npt.NDArray[Any]]
+
+
+def content_of(controller: "GraspController") -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    """Return the metadata and the arrays of a controller's file.
+
+    Raises
+    ------
+    InputError
+        If its obstacle is of a kind that cannot be written.
+    """
+    obstacle = controller.navigation.obstacle
+    exponential = isinstance(obstacle, ExponentialObstacle)
+    if exponential:
+        spline = obstacle.chi
+    elif isinstance(obstacle, SplineObstacle):
+        spline = obstacle.beta
+    else:
+        raise InputError(f"an obstacle of type {type(obstacle).__name__} cannot be saved")
+    records = [_record(d) for d in controller.demonstrations]
+    arrays = controller.subspace.to_arrays()
+    kept = _VECTORS if any(r["path"] is None for r in records) else _VECTORS + _CURVES
+    arrays.update({name: np.array([record[name] for record in records]) for name in kept})
+    for record in records:
+        for name in _VECTORS + _CURVES:
+            del record[name]
+    arrays.update({f"knots_{i}": knots for i, knots in enumerate(spline.basis.knots)})
+    arrays["coefficients"] = spline.coefficients
+    arrays["ranges"] = controller.ranges
+    if exponential:
+        arrays["closing_width"] = obstacle.width
+    metadata: dict[str, Any] = {
+        "obstacle": "exponential" if exponential else "spline",
+        "degree": spline.basis.degree,
+        "k": controller.navigation.k,
+        "method": controller.method,
+        "certified": controller.certified,
+        "options": dict(controller.options),
+        "demonstrations": records,
+    }
+    if controller.accepted:
+        metadata["accepted"] = list(controller.accepted)
+    if controller.guide:
+        metadata["guide"] = asdict(controller.guide)
+    metric = controller.navigation.metric
+    if metric:
+        metadata["metric_reach"] = metric.reach
+        arrays |= {"metric_centres": metric.centres, "metric_logs": metric.logs}
+    return metadata, arrays
+
+
+def _record(demonstration: Demonstration) -> dict[str, Any]:
+    record = {**vars(demonstration)}
+    record["numbers"] = dict(demonstration.numbers)
+    return record
+
+
+def restored(metadata: Mapping[str, Any], arrays: Arrays) -> dict[str, Any]:
+    """Return the fields of a controller from the content of its file.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError, IndexError, InputError, UnknownNameError
+        If something is missing, of another type or shape, or no possible number.
+    """
+    check_content(metadata, arrays)
+    return {
+        "subspace": PostureSubspace.from_arrays(arrays),
+        "navigation": _navigation_of(metadata, arrays),
+        "demonstrations": stored_demonstrations(metadata, arrays),
+        "method": metadata["method"],
+        "certified": bool(metadata["certified"]),
+        "options": stored_options(metadata),
+        "accepted": tuple(map(str, metadata.get("accepted", ()))),
+        "guide": _guide_of(metadata),
+        "ranges": arrays.get("ranges", np.array([LOWER, UPPER])),
+    }
+
+
+def _guide_of(metadata: Mapping[str, Any]) -> GuideSettings | None:
+    if "guide" not in metadata:
+        return None
+    settings = GuideSettings(**metadata["guide"])
+    for name, value in vars(settings).items():
+        if not isinstance(value, float) or not 0.0 < value <= MAX_VALUE:
+            raise ValueError(f"guide {name} = {value!r} is not a positive number")
+    return settings
+
+
+def _navigation_of(metadata: Mapping[str, Any], arrays: Arrays) -> NavigationFunction:
+    n = len(arrays["subspace_components"])
+    basis = TensorBasis(tuple(arrays[f"knots_{i}"] for i in range(n)), int(metadata["degree"]))
+    spline = TensorBSpline(basis, arrays["coefficients"])
+    if metadata["obstacle"] == "exponential":
+        obstacle = ExponentialObstacle(spline, arrays["closing_width"])
+    else:
+        obstacle = SplineObstacle(spline)
+    metric = None
+    if "metric_reach" in metadata:
+        reach = float(metadata["metric_reach"])
+        metric = DestinationMetric(arrays["metric_centres"], arrays["metric_logs"], reach)
+    return NavigationFunction(obstacle, float(metadata["k"]), metric)
 
 
 def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
@@ -43,13 +158,18 @@ def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
     if "metric_reach" in metadata:
         _check_metric(n, metadata["metric_reach"], arrays)
     _check_demonstrations(n, metadata["demonstrations"], arrays)
+    _check_curves(n, metadata, arrays)
+    if "ranges" in arrays:
+        _check_shape("ranges", arrays, 2, N_JOINTS)
+        if not (arrays["ranges"][0] < arrays["ranges"][1]).all():
+            raise ValueError("ranges are empty")
 
 
 def stored_demonstrations(metadata: Mapping[str, Any], arrays: Arrays) -> tuple[Demonstration, ...]:
     """Restore demonstrations from the metadata and arrays of a controller's file."""
-    vectors = ("q_start", "q_goal", "z_start", "z_goal")
+    held = [name for name in _VECTORS + _CURVES if name in arrays]
     return tuple(
-        Demonstration(**record, **{name: arrays[name][i] for name in vectors})
+        Demonstration(**record, **{name: arrays[name][i] for name in held})
         for i, record in enumerate(metadata["demonstrations"])
     )
 
@@ -142,3 +262,26 @@ def _check_demonstrations(n: int, records: Any, arrays: Arrays) -> None:
             if not 0 < record[name] < 1:
                 raise ValueError(f"{name} {record[name]!r} is not in metres")
         check_duration(record["duration"])
+        numbers = record.get("numbers", {})
+        if not all(
+            isinstance(value, float) and abs(value) <= MAX_VALUE for value in numbers.values()
+        ):
+            raise ValueError(f"numbers {numbers!r} of an object are no numbers")
+
+
+def _check_curves(n: int, metadata: Mapping[str, Any], arrays: Arrays) -> None:
+    """Paths and progress come together, and a guide needs them."""
+    if not any(name in arrays for name in _CURVES):
+        if "guide" in metadata:
+            raise ValueError("a guide without paths")
+        return
+    count = len(metadata["demonstrations"])
+    _check_shape("path", arrays, count, N_COMPARED, n)
+    _check_shape("progress", arrays, count, N_PROGRESS)
+    ends = arrays["path"][:, [0, -1]]
+    if np.abs(ends - np.stack([arrays["z_start"], arrays["z_goal"]], axis=1)).max() > _ACCURACY:
+        raise ValueError("paths do not run from z_start to z_goal")
+    progress = arrays["progress"]
+    ends = np.abs(progress[:, [0, -1]] - [0.0, 1.0]).max(initial=0.0)
+    if (np.diff(progress) < 0).any() or ends > _ACCURACY:
+        raise ValueError("progress does not rise from 0 to 1")

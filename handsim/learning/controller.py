@@ -1,60 +1,40 @@
 """The grasp controller: subspace, navigation function, and what was recorded."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from handsim.digests import content_digest
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import read_archive, write_archive
-from handsim.joints import N_JOINTS, clip_to_range
-from handsim.learning._stored_controller import (
-    check_content,
-    stored_demonstrations,
-    stored_options,
+from handsim.joints import LOWER, N_JOINTS, UPPER
+from handsim.learning._stored_controller import content_of, restored
+from handsim.learning.demonstration import Demonstration, named
+from handsim.learning.guide.field import GuidedField
+from handsim.learning.guide.likeness import Grasped
+from handsim.learning.guide.predictor import GuideSettings, PathPredictor
+from handsim.learning.movement.postures import (
+    TIME_LAWS,
+    PostureSequence,
+    TimeLaw,
+    at_fractions,
+    by_gradient,
+    frame_times,
 )
-from handsim.learning.demonstration import Demonstration
+from handsim.learning.movement.progress import ProgressLaw, check_duration
+from handsim.learning.movement.timing import FieldTiming, GuidedTiming, Timing
 from handsim.learning.subspace import PostureSubspace
-from handsim.learning.timing import NaturalTiming, check_duration, minimum_jerk
-from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.flow import ARRIVAL, FlowPath, follow
-from handsim.navigation.function import NavigationFunction
-from handsim.navigation.metric import DestinationMetric
-from handsim.navigation.obstacle import ExponentialObstacle, SplineObstacle
-from handsim.navigation.paths import arc_length
+from handsim.navigation.function import NavigationFunction, check_inside
+from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.types import Array
 
-TimeLaw = Literal["natural", "gradient"]
-
-SCHEMA = 3  # 1: without a metric of destinations; 2: with few of the options; both still read
-
-
-class PostureSequence(NamedTuple):
-    """Postures over time, and whether they reach the destination.
-
-    Attributes
-    ----------
-    time : (n,) [s]
-    q : (n, 22) [rad], within the joint ranges
-    arrived
-        Whether the path comes within 4 deg of the destination, and the hand too, whose joints may
-        not leave their ranges.
-    reason
-        ``arrived``, ``stuck``, ``too long``, or ``clipped`` where the ranges keep the hand away.
-    goal_distance
-        Euclidean distance over the joints of the last posture from the destination [rad].
-    """
-
-    time: Array
-    q: Array
-    arrived: bool
-    reason: str
-    goal_distance: float = 0.0
+SCHEMA = 4
+"""Of files: 1 without a metric of destinations, 2 with few of the options, 3 without paths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +60,11 @@ class GraspController:
     accepted
         Kinds of anomalies of the recordings that whoever learned it said are right all the same
         (`handsim.recordings.plausibility.KINDS`).
+    guide
+        How the path of each query is predicted from the recordings; None if the flow of
+        ``navigation`` is followed instead, which knows of the destination alone.
+    ranges : (2, 22) [rad]
+        Least and greatest joint angles of the person.
     """
 
     subspace: PostureSubspace
@@ -89,6 +74,8 @@ class GraspController:
     certified: bool = False
     options: Mapping[str, Any] = field(default_factory=dict[str, Any])
     accepted: tuple[str, ...] = ()
+    guide: GuideSettings | None = None
+    ranges: Array = field(default_factory=lambda: np.array([LOWER, UPPER]))
 
     def __eq__(self, other: object) -> bool:
         """Whether both do the same."""
@@ -111,15 +98,7 @@ class GraspController:
         UnknownNameError
             If no recording, task or object has that name; the message offers the nearest.
         """
-        of_names = [(d.name, d.task) for d in self.demonstrations]
-        of_objects = [(d.object,) for d in self.demonstrations]
-        for known in (of_names, of_objects):
-            for demonstration, names in zip(self.demonstrations, known, strict=True):
-                if name in names:
-                    return demonstration
-        every = [each for known in (of_names, of_objects) for names in known for each in names]
-        kind = "task, recording or object"
-        raise UnknownNameError(kind, name, tuple(dict.fromkeys(every)))
+        return named(self.demonstrations, name)
 
     def velocity(self, z: Array, z_goal: Array) -> Array:
         """Return u = -grad phi (n,) at one point, Eq. (1) of the paper."""
@@ -129,30 +108,140 @@ class GraspController:
         """Return the unit vector (n,) of u at one point; it stays exact where phi is flat."""
         return self.navigation.direction(z, z_goal)
 
-    def path(self, z_start: Array, z_goal: Array) -> FlowPath:
-        """Follow the flow from a start to a destination, both (n,) [rad].
+    @cached_property
+    def predictor(self) -> PathPredictor | None:
+        """What predicts paths and timings; None where a file of an earlier version has no paths."""
+        if any(d.path is None for d in self.demonstrations):
+            return None
+        return PathPredictor.of(self.demonstrations, self.guide or GuideSettings())
+
+    def field(
+        self, z_start: Array, z_goal: Array, grasped: Grasped | None = None
+    ) -> GuidedField | None:
+        """Return the navigation function of a query; None for a controller without a guide.
+
+        Parameters
+        ----------
+        z_start, z_goal : (n,) [rad]
+        grasped
+            The object, by its name or its numbers; None if nothing is known of it. An unknown name
+            tells nothing.
 
         Raises
         ------
         InputError
-            If the destination cannot be one (see `NavigationFunction.check_goal`).
+            As `path`.
         """
-        goal = self.navigation.check_goal(z_goal)
-        start = np.asarray(z_start, dtype=float)
-        if start.shape != goal.shape or not np.isfinite(start).all():
-            raise InputError(f"start of shape {start.shape}; give {len(goal)} finite coordinates")
+        start, goal = self._ends(z_start, z_goal)
+        obstacle = self.navigation.obstacle
+        if self.guide is None or not isinstance(obstacle, ExponentialObstacle):
+            return None
+        assert self.predictor is not None  # files with a guide hold the paths
+        path = self.predictor.path(start, goal, grasped)
+        k, box = self.navigation.k, (obstacle.lower, obstacle.upper, obstacle.width)
+        return GuidedField.leading(path, *box, k)
+
+    def path(self, z_start: Array, z_goal: Array, grasped: Grasped | None = None) -> FlowPath:
+        """Follow the flow from a start to a destination, both (n,) [rad].
+
+        Parameters
+        ----------
+        z_start, z_goal
+        grasped
+            See `field`.
+
+        Raises
+        ------
+        InputError
+            If the destination cannot be one (see `check_goal`), or numbers of an object are given
+            that the recordings do not have.
+        """
+        guided = self.field(z_start, z_goal, grasped)
+        return self._along_field(z_start, z_goal) if guided is None else guided.path(z_start)
+
+    def _along_field(self, z_start: Array, z_goal: Array) -> FlowPath:
+        """Follow the flow of ``navigation``."""
+        start, goal = self._ends(z_start, z_goal)
 
         def directions(z: Array, z_goal: Array) -> Array:
             return self.navigation.direction(z[0], z_goal[0])[None]
 
         return follow(directions, start[None], goal[None])[0]
 
-    def timing(self, z_start: Array, z_goal: Array, duration: float) -> NaturalTiming:
-        """Return the natural time law of a closed loop that starts at ``z_start``."""
-        path = self.path(z_start, z_goal)
-        return NaturalTiming.along(
-            path.points, np.asarray(z_goal, dtype=float), duration, self.direction
-        )
+    def check_object(self, name: str) -> None:
+        """Raise UnknownNameError if no recording is about an object of that name."""
+        known = tuple(dict.fromkeys(d.object for d in self.demonstrations))
+        if name not in known:
+            raise UnknownNameError("object", name, known)
+
+    @property
+    def reach(self) -> tuple[Array, Array]:
+        """Lower and upper corner (n,) [rad] of the box of possible destinations.
+
+        With a guide it is half as large again on each side as the workspace: the proof holds
+        wherever the destination lies, but nothing is known far from all recordings.
+        """
+        low, high = self.navigation.inner
+        beyond = 0.0 if self.guide is None else 0.5 * (high - low)
+        return low - beyond, high + beyond
+
+    def check_goal(self, z_goal: Array) -> Array:
+        """Return a destination as an array (n,) [rad], if the controller can go there.
+
+        Raises
+        ------
+        InputError
+            If it has the wrong size or lies outside `reach`, or if without a guide
+            `NavigationFunction.check_goal` refuses it.
+        """
+        if self.guide is None:
+            return self.navigation.check_goal(z_goal)
+        goal, n = np.asarray(z_goal, dtype=float), self.navigation.n_dimensions
+        if goal.shape != (n,) or not np.isfinite(goal).all():
+            raise InputError(f"destination of shape {goal.shape}; give {n} finite coordinates")
+        check_inside(goal, *self.reach)
+        return goal
+
+    def _ends(self, z_start: Array, z_goal: Array) -> tuple[Array, Array]:
+        goal = self.check_goal(z_goal)
+        start = np.asarray(z_start, dtype=float)
+        if start.shape != goal.shape or not np.isfinite(start).all():
+            raise InputError(f"start of shape {start.shape}; give {len(goal)} finite coordinates")
+        return start, goal
+
+    def timing(
+        self, z_start: Array, z_goal: Array, duration: float, grasped: Grasped | None = None
+    ) -> Timing:
+        """Return the velocities of a closed loop that starts at ``z_start``, (n,) [rad].
+
+        Parameters
+        ----------
+        z_start, z_goal, grasped
+            As in `path`.
+        duration : [s]
+        """
+        law = self.progress(z_start, z_goal, duration, grasped)
+        guided = self.field(z_start, z_goal, grasped)
+        if guided is not None:
+            return GuidedTiming(guided, law)
+        path, goal = self._along_field(z_start, z_goal), np.asarray(z_goal, dtype=float)
+        flow, direction = self.navigation.evaluator(), np.empty(len(goal))
+
+        def direction_at(z: Array, z_goal: Array) -> Array:
+            flow.direction(z, z_goal, direction)
+            return direction
+
+        return FieldTiming.along(path.points, goal, law, direction_at)
+
+    def progress(
+        self, z_start: Array, z_goal: Array, duration: float, grasped: Grasped | None = None
+    ) -> ProgressLaw:
+        """Return the progress over time that the person would likely make; see `timing`."""
+        seconds = check_duration(duration)
+        if self.predictor is None:
+            return ProgressLaw(seconds)
+        ends = (np.asarray(z_start, dtype=float), np.asarray(z_goal, dtype=float))
+        return ProgressLaw(seconds, self.predictor.covered(*ends, seconds, grasped))
 
     def postures(
         self,
@@ -160,21 +249,25 @@ class GraspController:
         q_goal: Array | None = None,
         *,
         z_goal: Array | None = None,
-        time_law: TimeLaw = "natural",
+        grasped: Grasped | None = None,
+        time_law: TimeLaw = "learned",
         duration: float | None = None,
         rate: float = 100.0,
     ) -> PostureSequence:
-        """Integrate the controller from a posture to a destination and lift it to 22 joints.
+        """Make the controller's movement from a posture to a destination, in all 22 joints.
 
         Parameters
         ----------
         q_start : (22,) [rad]
         q_goal : (22,) [rad], or z_goal : (n_components,) [rad]
             The destination, whole or in the subspace.
+        grasped
+            The object: its name, or its numbers as in ``experiments.csv``; None if not known.
         time_law
-            ``natural``: bell-shaped speed; ``gradient``: u = -grad phi, the paper's, with its time
-            scaled as a whole. (phi falls by at most 1 along a path, which bounds the speeds
-            it can have; people's need a time scale of their own.)
+            ``learned``: progress as the person would likely make it; ``minimum-jerk``: bell-shaped
+            speed; ``gradient``: u = -grad phi, the paper's, along the flow of ``navigation``, with
+            its time scaled as a whole. (phi falls by at most 1 along a path, which bounds the
+            speeds it can have; people's need a time scale of their own.)
         duration : [s]
             By default the median of the recordings.
         rate : [Hz]
@@ -184,25 +277,40 @@ class GraspController:
         InputError
             If not exactly one destination is given, it cannot be one, or shapes, duration or
             rate make no sense.
+        UnknownNameError
+            If there is no such time law.
         """
         if (q_goal is None) == (z_goal is None):
             raise InputError("give one destination, as a posture or in the subspace")
         if not (np.isfinite(rate) and rate > 0):
             raise InputError(f"rate {rate:g} Hz; give a positive number")
+        if time_law not in TIME_LAWS:
+            raise UnknownNameError("time law", time_law, TIME_LAWS)
         goal = np.asarray(z_goal, float) if q_goal is None else self._projected(q_goal)
-        path = self.path(self._projected(q_start), goal)
+        start = self._projected(q_start)
         seconds = self.median_duration if duration is None else check_duration(duration)
-        if time_law == "natural":
-            time, z = _timed_naturally(path.points, seconds, rate)
-        elif time_law == "gradient":
-            time, z = self._timed_by_gradient(path, goal, seconds, rate)
+        if time_law == "gradient":
+            path = self._along_field(start, goal)
+            time, z = by_gradient(self.navigation, path, goal, seconds, rate)
         else:
-            raise UnknownNameError("time law", time_law, ("natural", "gradient"))
-        q = clip_to_range(self.subspace.inverse_transform(z))
+            path = self.path(start, goal, grasped)
+            law = ProgressLaw(seconds)
+            if time_law == "learned":
+                law = self.progress(start, goal, seconds, grasped)
+            time = frame_times(seconds, rate)
+            z = at_fractions(path.points, law.covered(time))
+        return self._sequence(time, z, path, goal)
+
+    def _sequence(self, time: Array, z: Array, path: FlowPath, goal: Array) -> PostureSequence:
+        q = self.clipped(self.subspace.inverse_transform(z))
         distance = float(np.linalg.norm(q[-1] - self.subspace.inverse_transform(goal)))
         clipped = path.arrived and distance > ARRIVAL
         reason = "clipped" if clipped else path.reason
         return PostureSequence(time, q, path.arrived and not clipped, reason, distance)
+
+    def clipped(self, q: Array) -> Array:
+        """Clip postures (..., 22) [rad] to the person's ranges of motion."""
+        return np.clip(q, *self.ranges)
 
     def _projected(self, q: Array) -> Array:
         if np.shape(q) != (N_JOINTS,) or not np.isfinite(q).all():
@@ -214,25 +322,6 @@ class GraspController:
         """Median duration of the recordings [s]."""
         return float(np.median([d.duration for d in self.demonstrations]))
 
-    def _timed_by_gradient(
-        self, path: FlowPath, goal: Array, duration: float, rate: float
-    ) -> tuple[Array, Array]:
-        """Return times and points (m, n) of a path that is passed at the speed of the paper.
-
-        u = -grad phi, Eq. (1), so that dt = ds / |grad phi|. All times are then scaled by one
-        factor to end at ``duration``. The speed falls to zero at the destination, which is reached
-        after infinite time: a path that arrives ends one step before it.
-        """
-        points = path.points[:-1] if path.arrived and len(path.points) > 2 else path.points
-        speed = np.linalg.norm(self.navigation.jets(points, goal, 1)[1], axis=1)
-        # A flat phi (far behind an obstacle) would take hours; its slowest tenth of speed is kept.
-        speed = np.maximum(speed, 1e-3 * speed.max())
-        slowness = 0.5 * (1.0 / speed[1:] + 1.0 / speed[:-1])
-        time = np.append(0.0, np.cumsum(np.diff(arc_length(points)) * slowness))
-        time *= duration / max(time[-1], np.finfo(float).tiny)
-        even = _frame_times(duration, rate)
-        return even, _interpolated(even, time, points)
-
     @cached_property
     def digest(self) -> str:
         """Digits that are the same for controllers that do the same, whatever made them.
@@ -240,14 +329,14 @@ class GraspController:
         Numbers count as `digests.rounded` leaves them: what the last bits of another machine are
         does not matter, nor does how the controller came to be (method, options).
         """
-        metadata, arrays = self._content()
-        behaviour = ("obstacle", "degree", "k", "demonstrations", "metric_reach")
+        metadata, arrays = content_of(self)
+        behaviour = ("obstacle", "degree", "k", "demonstrations", "metric_reach", "guide")
         settings = {name: metadata[name] for name in behaviour if name in metadata}
         return content_digest(settings, arrays)
 
     def save(self, path: Path) -> None:
         """Write the controller to an ``.npz`` without pickles."""
-        metadata, arrays = self._content()
+        metadata, arrays = content_of(self)
         write_archive(Path(path), "controller", SCHEMA, metadata, arrays)
 
     @classmethod
@@ -261,90 +350,10 @@ class GraspController:
         """
         metadata, arrays = read_archive(Path(path), "controller", SCHEMA)
         try:
-            check_content(metadata, arrays)
-            return cls(
-                subspace=PostureSubspace.from_arrays(arrays),
-                navigation=_navigation_of(metadata, arrays),
-                demonstrations=stored_demonstrations(metadata, arrays),
-                method=metadata["method"],
-                certified=bool(metadata["certified"]),
-                options=stored_options(metadata),
-                accepted=tuple(map(str, metadata.get("accepted", ()))),
-            )
+            return cls(**restored(metadata, arrays))
         except InputError as error:
             raise FileError(f"{path}: {error}") from error
         except (KeyError, ValueError, TypeError, IndexError) as error:
             raise FileError(
                 f"{path}: not a whole controller ({type(error).__name__}: {error}); learn it again"
             ) from error
-
-    def _content(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-        obstacle = self.navigation.obstacle
-        exponential = isinstance(obstacle, ExponentialObstacle)
-        if exponential:
-            spline = obstacle.chi
-        elif isinstance(obstacle, SplineObstacle):
-            spline = obstacle.beta
-        else:
-            raise InputError(f"an obstacle of type {type(obstacle).__name__} cannot be saved")
-        records = [asdict(d) for d in self.demonstrations]
-        vectors = ("q_start", "q_goal", "z_start", "z_goal")
-        arrays = self.subspace.to_arrays()
-        arrays.update(
-            {name: np.array([record.pop(name) for record in records]) for name in vectors}
-        )
-        arrays.update({f"knots_{i}": knots for i, knots in enumerate(spline.basis.knots)})
-        arrays["coefficients"] = spline.coefficients
-        if exponential:
-            arrays["closing_width"] = obstacle.width
-        metadata: dict[str, Any] = {
-            "obstacle": "exponential" if exponential else "spline",
-            "degree": spline.basis.degree,
-            "k": self.navigation.k,
-            "method": self.method,
-            "certified": self.certified,
-            "options": dict(self.options),
-            "demonstrations": records,
-        }
-        if self.accepted:
-            metadata["accepted"] = list(self.accepted)
-        metric = self.navigation.metric
-        if metric:
-            metadata["metric_reach"] = metric.reach
-            arrays |= {"metric_centres": metric.centres, "metric_logs": metric.logs}
-        return metadata, arrays
-
-
-def _timed_naturally(points: Array, duration: float, rate: float) -> tuple[Array, Array]:
-    time = _frame_times(duration, rate)
-    length = arc_length(points)
-    covered = minimum_jerk(time, duration) * length[-1]
-    return time, _interpolated(covered, length, points)
-
-
-def _interpolated(x: Array, known: Array, points: Array) -> Array:
-    """Return points (m, n) at ``x`` (m,) between points (N, n) at ``known`` (N,), increasing."""
-    columns: list[Array] = list(points.T)
-    return np.column_stack([np.interp(x, known, column) for column in columns])
-
-
-def _frame_times(duration: float, rate: float) -> Array:
-    """Frames from 0 to the first at or after the duration."""
-    return np.arange(int(np.ceil(duration * rate - 1e-9)) + 1) / rate
-
-
-def _navigation_of(
-    metadata: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
-) -> NavigationFunction:
-    n = len(arrays["subspace_components"])
-    basis = TensorBasis(tuple(arrays[f"knots_{i}"] for i in range(n)), int(metadata["degree"]))
-    spline = TensorBSpline(basis, arrays["coefficients"])
-    if metadata["obstacle"] == "exponential":
-        obstacle = ExponentialObstacle(spline, arrays["closing_width"])
-    else:
-        obstacle = SplineObstacle(spline)
-    metric = None
-    if "metric_reach" in metadata:
-        reach = float(metadata["metric_reach"])
-        metric = DestinationMetric(arrays["metric_centres"], arrays["metric_logs"], reach)
-    return NavigationFunction(obstacle, float(metadata["k"]), metric)

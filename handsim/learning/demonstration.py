@@ -1,9 +1,16 @@
-"""What a controller keeps of each recording: both ends of the movement, and its duration."""
+"""What a controller keeps of each recording: both ends of the movement, its path and its timing."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
+import numpy as np
+
+from handsim.errors import UnknownNameError
+from handsim.learning.guide.likeness import object_numbers
+from handsim.learning.movement.progress import N_PROGRESS
 from handsim.learning.subspace import PostureSubspace
-from handsim.recordings.recording import RecordingSet
+from handsim.navigation.paths import N_COMPARED, arc_length, at_arc_length
+from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import Array
 
 
@@ -21,6 +28,12 @@ class Demonstration:
         The same in the subspace.
     hand_length, hand_breadth : [m]
     duration : [s]
+    numbers
+        What is known of the object: columns ``object_...`` of ``experiments.csv``.
+    path : (100, n_components) [rad]
+        The path in the subspace, equally spaced in arc length. None in files of earlier versions.
+    progress : (51,)
+        Fraction of its length covered at equal steps of time; None likewise.
     """
 
     name: str
@@ -33,24 +46,54 @@ class Demonstration:
     hand_length: float
     hand_breadth: float
     duration: float
+    numbers: Mapping[str, float] = field(default_factory=dict[str, float])
+    path: Array | None = None
+    progress: Array | None = None
 
 
 def demonstrations_of(
     recordings: RecordingSet, subspace: PostureSubspace
 ) -> tuple[Demonstration, ...]:
     """Return what is kept of recordings."""
-    return tuple(
-        Demonstration(
-            name=r.name,
-            task=r.task,
-            object=r.object,
-            q_start=r.q[0],
-            q_goal=r.q[-1],
-            z_start=subspace.transform(r.q[0]),
-            z_goal=subspace.transform(r.q[-1]),
-            hand_length=r.hand.length,
-            hand_breadth=r.hand.breadth,
-            duration=r.duration,
-        )
-        for r in recordings
+    return tuple(_demonstration_of(each, subspace) for each in recordings)
+
+
+def _demonstration_of(recording: Recording, subspace: PostureSubspace) -> Demonstration:
+    z = subspace.transform(recording.q)
+    length = arc_length(z)
+    passed = (recording.time - recording.time[0]) / recording.duration
+    covered = length / max(float(length[-1]), np.finfo(float).tiny)
+    return Demonstration(
+        name=recording.name,
+        task=recording.task,
+        object=recording.object,
+        q_start=recording.q[0],
+        q_goal=recording.q[-1],
+        z_start=z[0],
+        z_goal=z[-1],
+        hand_length=recording.hand.length,
+        hand_breadth=recording.hand.breadth,
+        duration=recording.duration,
+        numbers=object_numbers(recording.extra),
+        path=at_arc_length(z, np.linspace(0.0, 1.0, N_COMPARED)),
+        progress=np.interp(np.linspace(0.0, 1.0, N_PROGRESS), passed, covered),
     )
+
+
+def named(demonstrations: Sequence[Demonstration], name: str) -> Demonstration:
+    """Return the first demonstration of a name: a recording's, a task's, or else an object's.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none; the message offers the nearest.
+    """
+    of_names = [(d.name, d.task) for d in demonstrations]
+    of_objects = [(d.object,) for d in demonstrations]
+    for known in (of_names, of_objects):
+        for demonstration, names in zip(demonstrations, known, strict=True):
+            if name in names:
+                return demonstration
+    every = [each for known in (of_names, of_objects) for names in known for each in names]
+    kind = "task, recording or object"
+    raise UnknownNameError(kind, name, tuple(dict.fromkeys(every)))

@@ -9,9 +9,12 @@ from typing import Any, cast
 import numpy as np
 
 from handsim.errors import InputError
+from handsim.joints import LOWER, UPPER
 from handsim.learning.base import Learner
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
+from handsim.learning.direction.learner import DirectionLearner
+from handsim.learning.guide.predictor import GuideSettings
 from handsim.learning.options import (
     Method,
     Options,
@@ -25,7 +28,7 @@ from handsim.learning.subspace import PostureSubspace
 from handsim.recordings.plausibility import PlausibilityWarning, check_plausible, lines_of
 from handsim.recordings.recording import RecordingSet
 from handsim.result import Result, in_lines, plain
-from handsim.types import Progress
+from handsim.types import Array, Progress
 
 
 @dataclass(frozen=True)
@@ -37,9 +40,9 @@ class Learned(Result):
     controller
     summary
         ``method, n_recordings, n_components, variance_explained, n_coefficients, iterations,
-        seconds, cost_start, cost_end, certified, options``; for ``pde`` also ``positive`` and
-        ``closed``, whether Eqs. (4) and (5) of the paper hold. None stands for what a learner of
-        another package does not say.
+        seconds, cost_start, cost_end, certified, guided, options``; for ``pde`` also ``positive``
+        and ``closed``, whether Eqs. (4) and (5) of the paper hold. None stands for what a learner
+        of another package does not say.
     """
 
     controller: GraspController
@@ -59,12 +62,13 @@ def learn_controller(
     n_components: int = 3,
     method: Method | Learner = "direction",
     k: float | None = None,
-    certified: bool = False,
+    certified: bool | None = None,
     seed: int = 0,
     progress: Progress | None = None,
     *,
     options: Mapping[str, Any] | None = None,
     accept: Collection[str] = (),
+    guided: bool | None = None,
 ) -> Learned:
     """Learn subspace and navigation function from recordings.
 
@@ -78,7 +82,8 @@ def learn_controller(
     k
         Exponent, at least 2; by default 4 for ``direction`` and 2 for ``pde``.
     certified
-        Learn with the descent condition as a constraint.
+        Learn with the descent condition as a constraint, so that every destination inside the
+        closing layer is proven to be reached from everywhere; by default wherever the learner can.
     seed
         Of the random samples; same seed, same bits.
     progress
@@ -89,6 +94,9 @@ def learn_controller(
     accept
         Kinds of anomalies of the recordings that are right all the same
         (`handsim.recordings.plausibility.KINDS`); the controller keeps them.
+    guided
+        Predict a path for each query and lead along it (`handsim.learning.guide`); by default with
+        ``direction``. Otherwise the flow learned is followed, which knows of the destination alone.
 
     Raises
     ------
@@ -111,15 +119,34 @@ def learn_controller(
         learner = _asked_for(method, k, certified, seed, options or {})
     else:
         learner = method
-        if k is not None or certified or seed or options:
+        if k is not None or certified is not None or seed or options:
             raise InputError(f"options beside {learner!r}; give them to the learner itself")
+    guide = _guide_for(learner, guided)
     kept = options_of(learner)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     paths = [subspace.transform(r.q) for r in recordings]
     began = perf_counter()
     learner.fit(paths, [r.time for r in recordings], progress=progress)
     seconds = perf_counter() - began
-    return _learned(recordings, subspace, learner, kept, tuple(sorted(accept)), seconds)
+    return _learned(recordings, subspace, learner, kept, tuple(sorted(accept)), guide, seconds)
+
+
+def _guide_for(learner: Learner, guided: bool | None) -> GuideSettings | None:
+    """Return how queries are guided; a guide needs the closing layer of a direction fit."""
+    possible = isinstance(learner, DirectionLearner)
+    if guided and not possible:
+        raise InputError(f"no guide is known for {learner!r}; choose method direction")
+    return GuideSettings() if possible and guided is not False else None
+
+
+def fitted_ranges(recordings: RecordingSet) -> Array:
+    """Return the ranges of motion (2, 22) [rad] of a person.
+
+    They are those of the joints, made wider where the recordings leave them: what a person was
+    recorded to do is no error.
+    """
+    q = np.vstack([r.q for r in recordings])
+    return np.array([np.minimum(LOWER, q.min(axis=0)), np.maximum(UPPER, q.max(axis=0))])
 
 
 def _learned(
@@ -128,6 +155,7 @@ def _learned(
     learner: Learner,
     kept: Options,
     accepted: tuple[str, ...],
+    guide: GuideSettings | None,
     seconds: float,
 ) -> Learned:
     """Put together what a fitted learner found, with the options that it was asked with."""
@@ -139,6 +167,8 @@ def _learned(
         certified=bool(getattr(learner, "certified", False)),
         options=kept,
         accepted=accepted,
+        guide=guide,
+        ranges=fitted_ranges(recordings),
     )
     summary = {
         "method": controller.method,
@@ -151,6 +181,7 @@ def _learned(
         "cost_start": getattr(learner, "cost_start_", None),
         "cost_end": getattr(learner, "cost_end_", None),
         "certified": controller.certified,
+        "guided": controller.guide is not None,
         "options": dict(controller.options),
     }
     if isinstance(learner, PDELearner):
@@ -193,18 +224,20 @@ def learn_like(
         copy = learner_with(cast(Method, method), learned.options)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # they were said the first time
-        return learn_controller(recordings, n, copy, accept=learned.accepted).controller
+        guided = learned.guide is not None
+        found = learn_controller(recordings, n, copy, accept=learned.accepted, guided=guided)
+    return found.controller
 
 
 def _asked_for(
-    method: Method, k: float | None, certified: bool, seed: int, options: Options
+    method: Method, k: float | None, certified: bool | None, seed: int, options: Options
 ) -> Learner:
     """Return the learner of a method; options take precedence over the other parameters."""
     asked: dict[str, Any] = {"seed": seed}
-    if certified:
-        if method != "direction":
-            raise InputError(f"method {method} cannot be certified; choose direction")
-        asked["certified"] = True
+    if method == "direction":
+        asked["certified"] = certified is not False
+    elif certified:
+        raise InputError(f"method {method} cannot be certified; choose direction")
     if k is not None:
         asked["k"] = k
     return learner_with(method, asked | dict(options))

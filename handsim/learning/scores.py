@@ -15,9 +15,13 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.learning.controller import GraspController
-from handsim.navigation.flow import FlowPath, follow
+from handsim.learning.guide.likeness import Grasped, object_numbers
+from handsim.learning.over_time import SCORED, over_time
+from handsim.navigation.certificate import certify
+from handsim.navigation.flow import FlowPath
 from handsim.navigation.paths import N_COMPARED, at_arc_length, between_ends, path_error
 from handsim.recordings.recording import Recording, RecordingSet
+from handsim.reproducible import units
 from handsim.result import Result
 from handsim.types import Array, Progress
 
@@ -41,12 +45,19 @@ class Scores(Result):
     repeatability_deg
         None if no object was grasped twice.
     direction_error_deg
-        Mean angle between the flow and the recorded motion along the recordings.
+        Mean angle between the path and the recorded motion, both at the same fraction of length.
+    object_known
+        Whether the controller was told which object each recording is about.
+    n_proven
+        Recordings whose destination is proven to be reached from everywhere in the workspace.
+    rms_over_time_deg, rms_truncation_deg, rms_clipping_deg, rms_path_deg, speed_correlation
+    peak_time_error
+        See `learning.over_time.OverTime`.
     variance_explained
         By the subspace, of the postures of the recordings that were scored.
     per_recording
-        ``name, object, arrived, path_error_deg, straight_error_deg, repeatability_deg,
-        direction_error_deg`` of each.
+        ``name, object, arrived, proven, path_error_deg, straight_error_deg, repeatability_deg,
+        direction_error_deg`` of each, and its scores over time.
     per_object
         The means of each object.
     """
@@ -58,27 +69,45 @@ class Scores(Result):
     ratio: float | None
     repeatability_deg: float | None
     direction_error_deg: float | None
+    rms_over_time_deg: float | None
+    rms_truncation_deg: float | None
+    rms_clipping_deg: float | None
+    rms_path_deg: float | None
+    speed_correlation: float | None
+    peak_time_error: float | None
+    n_proven: int
     per_recording: tuple[dict[str, Any], ...]
     per_object: tuple[dict[str, Any], ...]
     variance_explained: float
+    object_known: bool = True
 
 
-def evaluate(controller: GraspController, recordings: RecordingSet) -> Scores:
-    """Compare roll-outs with recordings, from the same starts to the same destinations."""
+def evaluate(
+    controller: GraspController, recordings: RecordingSet, object_known: bool = True
+) -> Scores:
+    """Compare roll-outs with recordings, from the same starts to the same destinations.
+
+    Parameters
+    ----------
+    controller
+    recordings
+    object_known
+        Whether the controller is told which object each recording is about.
+    """
     paths = [controller.subspace.transform(r.q) for r in recordings]
-    rollouts = roll_out(controller, paths)
     repeats = _repeatabilities(recordings, paths)
     rows = [
-        _row(controller, recording, rollout, path, repeat)
-        for recording, rollout, path, repeat in zip(
-            recordings, rollouts, paths, repeats, strict=True
-        )
+        _row(controller, recording, path, repeat, object_known)
+        for recording, path, repeat in zip(recordings, paths, repeats, strict=True)
     ]
-    return _summarise(rows, variance_explained(controller, recordings))
+    return _summarise(rows, variance_explained(controller, recordings), object_known)
 
 
 def leave_one_out(
-    recordings: RecordingSet, learn: Learn, progress: Progress | None = None
+    recordings: RecordingSet,
+    learn: Learn,
+    progress: Progress | None = None,
+    object_known: bool = True,
 ) -> Scores:
     """Score each recording with a controller learned from all the others.
 
@@ -90,6 +119,8 @@ def leave_one_out(
         Makes a controller from recordings.
     progress
         Called with the fraction done.
+    object_known
+        As in `evaluate`.
 
     Returns
     -------
@@ -103,20 +134,24 @@ def leave_one_out(
     for i, recording in enumerate(recordings):
         controller = learn(recordings.without(i))
         paths = [controller.subspace.transform(r.q) for r in recordings]
-        rollout = roll_out(controller, [paths[i]])[0]
         repeat = _repeatabilities(recordings, paths)[i]
-        rows.append(_row(controller, recording, rollout, paths[i], repeat))
+        rows.append(_row(controller, recording, paths[i], repeat, object_known))
         explained.append(variance_explained(controller, RecordingSet((recording,))))
         if progress:
             progress((i + 1) / len(recordings))
-    return _summarise(rows, float(np.mean(explained)))
+    return _summarise(rows, float(np.mean(explained)), object_known)
 
 
-def roll_out(controller: GraspController, paths: list[Array]) -> list[FlowPath]:
-    """Follow the controller from the start of each path to its end."""
-    starts = np.array([path[0] for path in paths])
-    goals = np.array([path[-1] for path in paths])
-    return follow(controller.navigation.directions, starts, goals)
+def roll_out(controller: GraspController, path: Array, grasped: Grasped | None = None) -> FlowPath:
+    """Follow the controller from the start of a recorded path (n, n_components) to its end.
+
+    The end of a recorded movement can be where no destination is allowed; such a path does not
+    arrive.
+    """
+    try:
+        return controller.path(path[0], path[-1], grasped)
+    except InputError:
+        return FlowPath(path[[0, 0]], False, "refused")
 
 
 def repeatability(path: Array, others: list[Array]) -> float | None:
@@ -128,12 +163,19 @@ def repeatability(path: Array, others: list[Array]) -> float | None:
     return float(np.mean(errors)) if errors else None
 
 
-def direction_error(controller: GraspController, path: Array) -> float:
+def direction_error(
+    controller: GraspController, path: Array, grasped: Grasped | None = None
+) -> float:
     """Mean angle [rad] between the flow and the direction of motion along a recorded path."""
     points = at_arc_length(path, _DIRECTION_FRACTIONS)
     tangents: Array = np.gradient(points, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    flow = controller.navigation.directions(points, path[-1])
+    guided = controller.field(path[0], path[-1], grasped)
+    if guided is None:
+        flow = controller.navigation.directions(points, path[-1])
+    else:
+        here = zip(points, _DIRECTION_FRACTIONS.tolist(), strict=True)
+        flow = units(np.vstack([guided.velocity(z[None], s, 1.0, 1.0 / (1.0 - s)) for z, s in here]))
     cosines: Array = np.sum(flow * tangents, axis=1)
     return float(np.mean(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
@@ -158,22 +200,42 @@ def _repeatabilities(recordings: RecordingSet, paths: list[Array]) -> list[float
 def _row(
     controller: GraspController,
     recording: Recording,
-    rollout: FlowPath,
     path: Array,
     repeat: float | None,
+    object_known: bool,
 ) -> dict[str, Any]:
+    grasped = _grasped(recording) if object_known else None
+    rollout = roll_out(controller, path, grasped)
+    refused = rollout.reason == "refused"
     return {
         "name": recording.name,
         "object": recording.object,
         "arrived": rollout.arrived,
+        "proven": not refused and _is_proven(controller, path, grasped),
         "path_error_deg": _degrees(path_error(rollout.points, path)),
         "straight_error_deg": _degrees(path_error(path[[0, -1]], path)),
         "repeatability_deg": None if repeat is None else _degrees(repeat),
-        "direction_error_deg": _degrees(direction_error(controller, path)),
+        "direction_error_deg": (
+            None if refused else _degrees(direction_error(controller, path, grasped))
+        ),
+        **vars(over_time(controller, recording, rollout, grasped)),
     }
 
 
-def _summarise(rows: list[dict[str, Any]], explained: float) -> Scores:
+def _grasped(recording: Recording) -> Grasped:
+    """What is known of the object of a recording: its numbers, if it has any, or its name."""
+    return object_numbers(recording.extra) or recording.object
+
+
+def _is_proven(controller: GraspController, path: Array, grasped: Grasped | None) -> bool:
+    """Whether the destination of a path is proven to be reached from everywhere."""
+    guided = controller.field(path[0], path[-1], grasped)
+    if guided is not None:
+        return guided.proven
+    return certify(controller.navigation, path[-1:]).certified
+
+
+def _summarise(rows: list[dict[str, Any]], explained: float, object_known: bool) -> Scores:
     objects = dict.fromkeys(row["object"] for row in rows)
     of_objects = (
         {"object": name, **_means([row for row in rows if row["object"] == name])}
@@ -184,6 +246,7 @@ def _summarise(rows: list[dict[str, Any]], explained: float) -> Scores:
         per_recording=tuple(rows),
         per_object=tuple(of_objects),
         variance_explained=explained,
+        object_known=object_known,
     )
 
 
@@ -201,6 +264,8 @@ def _means(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "ratio": error / straight if error is not None and straight else None,
         "repeatability_deg": mean("repeatability_deg"),
         "direction_error_deg": mean("direction_error_deg"),
+        "n_proven": sum(row["proven"] for row in rows),
+        **{name: mean(name) for name in SCORED},
     }
 
 

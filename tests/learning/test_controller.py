@@ -85,7 +85,7 @@ def test_digests_tell_controllers_apart(learned: Learned) -> None:
     assert changed.digest != controller.digest
 
 
-@pytest.mark.parametrize("time_law", ["natural", "gradient"])
+@pytest.mark.parametrize("time_law", ["learned", "minimum-jerk", "gradient"])
 def test_postures_follow_the_path_in_time(learned: Learned, time_law: str) -> None:
     controller = learned.controller
     one = controller.demonstrations[0]
@@ -94,17 +94,20 @@ def test_postures_follow_the_path_in_time(learned: Learned, time_law: str) -> No
     )
     assert sequence.arrived and sequence.reason == "arrived"
     np.testing.assert_allclose(sequence.time, np.arange(301) / 200)
-    assert ((sequence.q >= LOWER) & (sequence.q <= UPPER)).all()
+    assert ((sequence.q >= controller.ranges[0]) & (sequence.q <= controller.ranges[1])).all()
     lifted = controller.subspace.inverse_transform(one.z_start)
-    np.testing.assert_allclose(sequence.q[0], np.clip(lifted, LOWER, UPPER), atol=1e-12)
-    # Same path, whatever the time law; clipping is too slight to matter here.
+    np.testing.assert_allclose(sequence.q[0], controller.clipped(lifted), atol=1e-12)
+    # The speeds of the paper are those of the field; clipping is too slight to matter here.
     z = controller.subspace.transform(sequence.q)
-    path = controller.path(one.z_start, one.z_goal).points
+    followed = replace(controller, guide=None) if time_law == "gradient" else controller
+    path = followed.path(one.z_start, one.z_goal).points
     assert path_error(z, path) < np.deg2rad(2.0)
     speed = np.linalg.norm(np.diff(z, axis=0), axis=1)
-    if time_law == "natural":  # bell-shaped
+    if time_law == "minimum-jerk":  # bell-shaped
         assert speed[:5].max() < 0.1 * speed.max() and speed[-5:].max() < 0.1 * speed.max()
         assert 100 < np.argmax(speed) < 200
+    elif time_law == "learned":  # the recordings move at a constant speed
+        assert speed.max() < 1.5 * speed.min()
     else:  # falling towards the destination
         assert speed[-20:].max() < 0.3 * speed.max()
 
@@ -140,7 +143,7 @@ def test_closed_loop_from_a_push(learned: Learned) -> None:
     timing = controller.timing(one.z_start, one.z_goal, 1.5)
     z, push = one.z_start.copy(), np.deg2rad(20.0) * np.array([0.6, -0.8, 0.0])
     for i in range(170):
-        z = z + (push if i == 60 else 0.0) + 0.01 * timing.velocity(z, 0.01 * i)
+        z = z + (push if i == 60 else 0.0) + 0.01 * timing.velocities(z[None], 0.01 * i)[0]
     assert np.linalg.norm(z - one.z_goal) < np.deg2rad(2.0)
 
 
@@ -279,17 +282,54 @@ def test_postures_stay_in_the_joint_ranges(learned: Learned) -> None:
     assert (q[0] == UPPER).sum() > 5
 
 
-def test_a_hand_that_its_ranges_keep_away_has_not_arrived(recordings: RecordingSet) -> None:
-    """The path arrives in the subspace; the hand cannot follow where gloves leave the ranges."""
-    far = [replace(r, q=r.q + np.eye(N_JOINTS)[JOINT_INDEX["palm_arch"]]) for r in recordings]
+def test_ranges_are_the_persons_and_what_they_keep_away_has_not_arrived(
+    recordings: RecordingSet,
+) -> None:
+    """A glove that leaves the ranges: the hand follows, as far as it was recorded to."""
+    joint = JOINT_INDEX["palm_arch"]
+    far = [replace(r, q=r.q + np.eye(N_JOINTS)[joint]) for r in recordings]
     controller = learn_controller(RecordingSet(tuple(far)), accept=["range"]).controller
+    highest = max(r.q[:, joint].max() for r in far)
+    assert controller.ranges[1, joint] == highest > UPPER[joint]
+    others = np.arange(N_JOINTS) != joint
+    assert (controller.ranges[0] <= LOWER).all()
+    assert (controller.ranges[1, others] >= UPPER[others]).all()
     goal = controller.demonstrations[0]
     movement = controller.postures(goal.q_start, goal.q_goal)
-    assert controller.path(goal.z_start, goal.z_goal).arrived
-    assert not movement.arrived and movement.reason == "clipped"
-    away = movement.q[-1] - controller.subspace.inverse_transform(goal.z_goal)
-    assert movement.goal_distance == pytest.approx(np.linalg.norm(away))
-    assert movement.goal_distance > np.deg2rad(30)
-    near = learn_controller(recordings).controller.demonstrations[0]
-    there = learn_controller(recordings).controller.postures(near.q_start, near.q_goal)
-    assert there.arrived and there.goal_distance < np.deg2rad(4)
+    assert movement.arrived and movement.goal_distance < np.deg2rad(4)
+    narrow = replace(controller, ranges=np.array([LOWER, UPPER]))
+    clipped = narrow.postures(goal.q_start, goal.q_goal)
+    assert narrow.path(goal.z_start, goal.z_goal).arrived
+    assert not clipped.arrived and clipped.reason == "clipped"
+    away = clipped.q[-1] - controller.subspace.inverse_transform(goal.z_goal)
+    assert clipped.goal_distance == pytest.approx(np.linalg.norm(away))
+    assert clipped.goal_distance > np.deg2rad(30)
+
+
+def test_a_guided_controller_is_told_the_object(recordings: RecordingSet, tmp_path: Path) -> None:
+    controller = learn_controller(recordings).controller
+    one, other = controller.demonstrations[0], controller.demonstrations[-1]
+    known = controller.path(one.z_start, one.z_goal, one.object).points
+    wrong = controller.path(one.z_start, one.z_goal, other.object).points
+    assert path_error(known, one.path) < 0.5 * path_error(wrong, one.path)
+    controller.save(tmp_path / "c.npz")
+    read = GraspController.load(tmp_path / "c.npz")
+    np.testing.assert_array_equal(read.path(one.z_start, one.z_goal, one.object).points, known)
+    assert read.guide == controller.guide and read == controller
+    controller.check_object(one.object)
+    with pytest.raises(UnknownNameError, match="did you mean object-1"):
+        controller.check_object("objekt-1")
+
+
+def test_destinations_far_from_all_recordings_are_refused(recordings: RecordingSet) -> None:
+    controller = learn_controller(recordings).controller
+    low, high = controller.reach
+    field_only = replace(controller, guide=None)
+    start = controller.demonstrations[0].z_start
+    inner = field_only.reach[1]
+    for goal in (0.99 * high + 0.01 * low, 0.01 * high + 0.99 * low):
+        assert controller.path(start, goal).arrived
+        assert controller.field(start, goal).proven
+    for learned, goal in ((controller, high + 0.01), (field_only, inner + 0.001)):
+        with pytest.raises(InputError, match="is outside the workspace"):
+            learned.path(start, goal)

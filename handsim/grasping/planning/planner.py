@@ -141,7 +141,7 @@ def run_plan(
 ) -> Rollout:
     """Grasp on a scene with a controller by a plan."""
     schedule = schedule_for(scene.task)
-    driver = learned_driver(controller, plan, scene.lead, schedule)
+    driver = learned_driver(controller, plan, scene.lead, schedule, scene.task.object_name)
     return simulate(scene, plan, driver, schedule=schedule, brief=brief)
 
 
@@ -156,7 +156,7 @@ class _Search:
         self.hand = HandModel.from_spec(build_hand(conditions.hand))
         self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
         self.size = len(controller.subspace.components_) + 8
-        low, high = controller.navigation.obstacle.lower, controller.navigation.obstacle.upper
+        low, high = controller.navigation.inner
         margin = EDGE * (high - low)
         self.box = (low + margin, high - margin)
 
@@ -241,7 +241,7 @@ class _Search:
 
     def _cost_on(self, scene: Scene, plan: GraspPlan) -> float:
         try:
-            self.controller.navigation.check_goal(self._goal(plan))
-        except InputError:  # the navigation function refuses it
+            self.controller.check_goal(self._goal(plan))
+        except InputError:  # the controller refuses it
             return NO_WAY
         return cost_of(run_plan(self.controller, scene, plan, brief=True), self.task)

@@ -55,7 +55,9 @@ def grasp_batch(
         key = (each.hand.side, scene.lead.tobytes())
         if key not in drivers:
             schedule = schedule_for(scene.task)
-            drivers[key] = learned_driver(controller, plan, scene.lead, schedule)
+            drivers[key] = learned_driver(
+                controller, plan, scene.lead, schedule, scene.task.object_name
+            )
         jobs.append(Job(scene, plan, drivers[key]))
     return simulate_batch(jobs, n_threads)
 

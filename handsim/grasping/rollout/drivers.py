@@ -8,7 +8,7 @@ import numpy as np
 from handsim.grasping.plan import GraspPlan, Schedule, ramp
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
-from handsim.learning.timing import NaturalTiming
+from handsim.learning.movement.timing import Timing
 from handsim.types import Array
 
 
@@ -92,9 +92,9 @@ class ScriptedDriver:
 class LearnedDriver:
     """Closes the loop through the learned controller.
 
-    A reading is projected onto the subspace, and the navigation function gives the velocity
-    there. The targets are the projected posture plus what makes the actuators move at that
-    velocity (``lead``).
+    A reading is projected onto the subspace, and the controller gives the velocity there. The
+    targets are the projected posture plus what makes the actuators move at that velocity
+    (``lead``).
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class LearnedDriver:
     z_goal : (n_components,) [rad]
         Destination.
     timing
-        Speed along the path.
+        Velocities over time.
     lead : (22,) [s]
         Ratio of damping to stiffness of each position actuator: a target that leads a moving
         joint by velocity times lead keeps it at that velocity.
@@ -113,7 +113,7 @@ class LearnedDriver:
 
     controller: GraspController
     z_goal: Array
-    timing: NaturalTiming
+    timing: Timing
     lead: Array
     reach: float
     name: str = "controller"
@@ -123,13 +123,8 @@ class LearnedDriver:
         subspace = self.controller.subspace
         if time >= self.reach:
             return clip_to_range(subspace.inverse_transform(self.z_goal))
-        flow = self.controller.navigation.evaluator()
         z = self.coordinates(readings)
-        velocity, speeds = np.empty_like(z), []
-        for here, direction in zip(z, velocity, strict=True):  # `directions` rounds otherwise
-            flow.direction(here, self.z_goal, direction)
-            speeds.append([self.timing.speed(here, time)])
-        velocity *= speeds
+        velocity = self.timing.velocities(z, time)
         # Stacks of vectors (n, 1, n_components): each is multiplied with the matrix by itself,
         # since a product of two matrices rounds otherwise.
         lead = (velocity[:, None] @ subspace.components_)[:, 0] * self.lead
@@ -146,9 +141,21 @@ class LearnedDriver:
 
 
 def learned_driver(
-    controller: GraspController, plan: GraspPlan, lead: Array, schedule: Schedule
+    controller: GraspController,
+    plan: GraspPlan,
+    lead: Array,
+    schedule: Schedule,
+    grasped: str | None = None,
 ) -> LearnedDriver:
     """Return the driver that moves the hand by a controller from a plan's start to its destination.
+
+    Parameters
+    ----------
+    controller, plan
+    lead : (22,) [s]
+    schedule
+    grasped
+        Name of the object; one that no recording is about tells the controller nothing.
 
     Raises
     ------
@@ -158,5 +165,5 @@ def learned_driver(
     z_start, z_goal = controller.subspace.transform(np.stack([plan.q_start, plan.q_goal]))
     if plan.z_goal is not None:
         z_goal = plan.z_goal
-    timing = controller.timing(z_start, z_goal, schedule.reach)
+    timing = controller.timing(z_start, z_goal, schedule.reach, grasped)
     return LearnedDriver(controller, z_goal, timing, lead, schedule.reach)

@@ -118,7 +118,7 @@ class DirectionLearner(Estimator):
         ridge: float = 1e-5,
         descent: float = 1000.0,
         margin: float = 0.2,
-        certified: bool = False,
+        certified: bool = True,
         metric_ridge: float | None = 1e-3,
         averaging: float = 0.25,
         n_refinements: int = 4,

@@ -49,7 +49,10 @@ def make_figures(
         If nothing renders the hand.
     """
     paths = [controller.subspace.transform(recording.q) for recording in recordings]
-    followed = [run.points for run in roll_out(controller, paths)]
+    followed = [
+        roll_out(controller, path, recording.object).points
+        for path, recording in zip(paths, recordings, strict=True)
+    ]
     lengths = [arc_length(path)[-1] for path in paths]
     shown = int(np.argsort(lengths)[len(lengths) // 2])  # neither the longest nor the shortest
     q = np.vstack([recording.q for recording in recordings])

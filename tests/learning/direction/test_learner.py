@@ -64,7 +64,13 @@ def test_a_known_field_is_found_again() -> None:
     goals = np.repeat(rng.uniform(-0.9, 0.9, (3, 2)), 20, axis=0)
     paths = [r.points for r in follow(truth.directions, starts, goals) if r.arrived]
     assert len(paths) > 50
-    exact = {"smoothness": 1e-8, "descent": 0.0, "n_iterations": 300, "n_refinements": 2}
+    exact = {
+        "certified": False,
+        "smoothness": 1e-8,
+        "descent": 0.0,
+        "n_iterations": 300,
+        "n_refinements": 2,
+    }
     learner = DirectionLearner(averaging=0.0, **exact).fit(paths)
     assert ratio(followed(learner, paths), paths) < 0.15
     with_distance_itself = DirectionLearner(averaging=0.0, metric_ridge=None, **exact).fit(paths)

@@ -1,0 +1,98 @@
+"""Smooth curves through the subspace, and progress over time: uniform cubic B-splines.
+
+The control points are the points of a path. The first and the last are mirrored in the ends, which
+makes the curve begin and end exactly there, without curvature. It is C^2, lies in the convex hull
+of its control points, and rises where they rise.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from handsim.types import Array, Index
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A curve over a parameter s from 0 to 1, and straight on beyond both ends.
+
+    Parameters
+    ----------
+    points : (m + 1, n)
+        Control points, at equal steps of the parameter.
+    """
+
+    points: Array
+
+    @property
+    def n_cells(self) -> int:
+        """Number m of polynomial pieces."""
+        return len(self.points) - 1
+
+    @cached_property
+    def _padded(self) -> Array:
+        first = 2.0 * self.points[:1] - self.points[1:2]
+        last = 2.0 * self.points[-1:] - self.points[-2:-1]
+        return np.concatenate([first, self.points, last])
+
+    def at(self, s: Array) -> Array:
+        """Return the points (N, n) at parameters (N,)."""
+        inside = np.clip(s, 0.0, 1.0)
+        four, u = self._around(inside)
+        v = 1.0 - u
+        weights = (
+            v * v * v,
+            4.0 - 6.0 * u * u + 3.0 * u * u * u,
+            4.0 - 6.0 * v * v + 3.0 * v * v * v,
+            u * u * u,
+        )
+        points = _weighted(four, weights) / 6.0
+        beyond = s - inside
+        if np.any(beyond):
+            points = points + beyond[:, None] * self.slope(inside)
+        return points
+
+    def slope(self, s: Array) -> Array:
+        """Return the derivatives (N, n) by s at parameters (N,)."""
+        four, u = self._around(np.clip(s, 0.0, 1.0))
+        v = 1.0 - u
+        weights = (-v * v, u * (3.0 * u - 4.0), v * (4.0 - 3.0 * v), u * u)
+        return _weighted(four, weights) * (0.5 * self.n_cells)
+
+    def _around(self, s: Array) -> tuple[Array, Array]:
+        """Return the control points (4, N, n) that count at s, and the place (N, 1) in the cell."""
+        place = s * self.n_cells
+        cell: Index = np.minimum(place.astype(np.int64), self.n_cells - 1)
+        return self._padded[cell + np.arange(4)[:, None]], (place - cell)[:, None]
+
+    def centres(self) -> Array:
+        """Return points (4 m, n) whose convex hull holds p(s) + (1 - s) p'(s) for s up to 1.
+
+        That is where the straight continuation of the curve would be at s = 1. On each cell it is
+        a cubic; the points are its Bernstein coefficients.
+        """
+        before, here, after, next_ = (self._padded[i : i + self.n_cells] for i in range(4))
+        b = np.stack(
+            [
+                (before + 4.0 * here + after) / 6.0,
+                (2.0 * here + after) / 3.0,
+                (here + 2.0 * after) / 3.0,
+                (here + 4.0 * after + next_) / 6.0,
+            ]
+        )
+        d = 3.0 * self.n_cells * np.diff(b, axis=0)
+        left = 1.0 - np.arange(self.n_cells + 1)[:, None] / self.n_cells
+        start, end = left[:-1], left[1:]
+        b[0] += start * d[0]
+        b[1] += (end * d[0] + 2.0 * start * d[1]) / 3.0
+        b[2] += (2.0 * end * d[1] + start * d[2]) / 3.0
+        b[3] += end * d[2]
+        return b.reshape(-1, b.shape[-1])
+
+
+def _weighted(four: Array, weights: tuple[Array, ...]) -> Array:
+    result = four[0] * weights[0]
+    for points, weight in zip(four[1:], weights[1:], strict=True):
+        result = result + points * weight
+    return result

@@ -1,0 +1,45 @@
+"""Smooth curves through points."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from handsim.learning.guide.curve import Curve
+
+RNG = np.random.default_rng(3)
+POINTS = np.cumsum(RNG.normal(size=(12, 3)), axis=0)
+CURVE = Curve(POINTS)
+
+
+def test_it_is_the_uniform_cubic_b_spline_of_its_points_and_their_mirror_images() -> None:
+    s = np.linspace(0.0, 1.0, 200)
+    ends = [2 * POINTS[0] - POINTS[1], *POINTS, 2 * POINTS[-1] - POINTS[-2]]
+    spline = BSpline(np.arange(-3, 15) / 11.0, np.array(ends), 3)
+    np.testing.assert_allclose(CURVE.at(s), spline(s), atol=1e-12)
+    np.testing.assert_allclose(CURVE.slope(s), spline(s, 1), atol=1e-10)
+    np.testing.assert_allclose(CURVE.at(np.array([0.0, 1.0])), POINTS[[0, -1]], atol=1e-14)
+
+
+def test_it_goes_straight_on_beyond_its_ends() -> None:
+    s = np.array([-0.5, 1.25])
+    ends = np.array([0.0, 1.0])
+    beyond = CURVE.at(ends) + (s - ends)[:, None] * CURVE.slope(ends)
+    np.testing.assert_allclose(CURVE.at(s), beyond, atol=1e-12)
+    np.testing.assert_allclose(CURVE.slope(s), CURVE.slope(ends))
+
+
+def test_centres_hold_where_the_straight_continuation_would_be_at_the_end() -> None:
+    s = np.linspace(-1.0, 1.0, 4001)
+    continued = CURVE.at(s) + (1 - s)[:, None] * CURVE.slope(s)
+    centres = CURVE.centres()
+    assert (continued <= centres.max(axis=0) + 1e-12).all()
+    assert (continued >= centres.min(axis=0) - 1e-12).all()
+    cell = Curve(POINTS[:2])  # one cubic: the ends are on the curve
+    at_ends = cell.at(np.array([0.0, 1.0])) + np.array([[1.0], [0.0]]) * cell.slope(np.array([0.0]))
+    np.testing.assert_allclose(cell.centres()[[0, 3]], at_ends, atol=1e-12)
+
+
+def test_points_that_rise_make_a_curve_that_rises() -> None:
+    rising = Curve(np.array([0.0, 0.0, 0.7, 0.7, 1.0])[:, None])
+    values = rising.at(np.linspace(0.0, 1.0, 500))[:, 0]
+    assert (np.diff(values) >= -1e-15).all() and values[-1] == pytest.approx(1.0)
