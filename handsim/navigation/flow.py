@@ -68,7 +68,7 @@ def follow(
     reasons = np.full(len(points), "too long", dtype=object)
     active = np.arange(len(points))
     for i in range(n_steps):
-        near = distance[active] < step
+        near = distance[active] < min(step, ARRIVAL)
         stuck = _stuck(history, i, active, step)
         for which, reason in ((near, "arrived"), (stuck & ~near, "stuck")):
             ended[active[which]] = i
