@@ -97,7 +97,8 @@ build: setup
 clean:
 	rm -rf .venv out dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache .benchmarks
 
-# The lines below regenerate what is committed.
+# The lines below regenerate what is committed. Plans are searched beginning with those committed, as
+# for any other controller.
 lock: setup
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes \
@@ -109,9 +110,12 @@ models: setup
 assets: setup
 	$(BIN)/python assets/objects/make.py
 	$(BIN)/python assets/experiments/make.py
-	$(BIN)/handsim learn -o assets/controller.npz
+	mkdir -p out
+	$(BIN)/handsim learn -o out/built-in.npz
+	$(BIN)/handsim grasp out/built-in.npz --task all --jobs 2
+	cp out/built-in.npz assets/controller.npz
 	rm -f assets/plans/*.json
-	$(BIN)/handsim grasp --task all --jobs 2
+	cp out/built-in.plans/*.json assets/plans/
 	$(BIN)/handsim baseline record assets/baseline.npz
 
 pictures: rendering

@@ -139,7 +139,7 @@ class GraspController:
         assert self.predictor is not None  # files with a guide hold the paths
         path = self.predictor.path(start, goal, grasped)
         k, box = self.navigation.k, (obstacle.lower, obstacle.upper, obstacle.width)
-        return GuidedField.leading(path, *box, k)
+        return GuidedField.leading(path, *box, k, self.guide.pull)
 
     def path(self, z_start: Array, z_goal: Array, grasped: Grasped | None = None) -> FlowPath:
         """Follow the flow from a start to a destination, both (n,) [rad].

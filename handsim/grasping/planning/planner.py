@@ -3,12 +3,12 @@
 Projecting a posture onto a few principal components moves its fingertips. The coordinates are
 therefore first fitted so that the finger pads stand where a scripted grasp has them
 (`fingertip_fit`), starting from each recorded destination. The best fits are run in physics. Where
-none holds with room to spare, an evolutionary search starts from the best of them.
+none holds with room to spare, an evolutionary search starts from the best of them. What several
+searches find is compared in perturbed runs that none of them has seen.
 """
 
 from dataclasses import replace
 from functools import partial
-from operator import itemgetter
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -45,6 +45,10 @@ SEEDS = SEARCHES + 1
 """Seeds that `plan_grasp` may use: one for each search, and one for the full hold time."""
 N_PERTURBED = 2
 """Perturbed runs of every plan whose nominal run holds."""
+N_CONFIRMED = 6
+"""Further perturbed runs, by which plans of several searches are compared."""
+ENOUGH = 0.9
+"""Share of runs, the nominal one counted, that a plan has to hold for the search to end."""
 N_FITS = 3
 """Fits for each of `LEVERS` that are run in physics."""
 LEVERS = (0.0, 0.7)
@@ -121,15 +125,16 @@ def plan_grasp(
     starts = [] if known is None else [search.aimed(known)]
     starts += search.starts()
     ranked = sorted((search.cost(plan), i) for i, plan in enumerate(starts))
-    best = (ranked[0][0], starts[ranked[0][1]])
+    first = [] if known is None else [starts[0]]
+    candidates = [search.confirmed(plan) for plan in (*first, starts[ranked[0][1]])]
     for attempt, (_, start) in enumerate(ranked[:SEARCHES]):
-        if best[0] < NOMINAL_FAILS and attempt > 0:
+        if max(candidates, key=_confirmed)[0] >= ENOUGH:
             break
-        found = search.from_start(starts[start], generations, seed + attempt)
-        best = min(best, found, key=itemgetter(0))
-    plan = best[1]
+        found = search.from_start(starts[start], generations, seed + attempt)[1]
+        candidates.append(search.confirmed(found))
+    held, plan = max(candidates, key=_confirmed)
     run = run_plan(controller, Scene.build(task, conditions), plan)
-    if best[0] < NOMINAL_FAILS and not run.outcome.success:  # what is held longer creeps farther
+    if held > 0 and not run.outcome.success:  # what is held longer creeps farther
         whole = _Search(controller, task, conditions)
         plan = whole.from_start(plan, generations, seed + SEARCHES)[1]
         run = run_plan(controller, Scene.build(task, conditions), plan)
@@ -145,20 +150,26 @@ def run_plan(
     return simulate(scene, plan, driver, schedule=schedule, brief=brief)
 
 
+def _confirmed(candidate: tuple[float, GraspPlan]) -> float:
+    return candidate[0]
+
+
 class _Search:
     """The starts of a search, their variations, and what each costs."""
 
     def __init__(self, controller: GraspController, task: Task, conditions: Conditions) -> None:
         self.controller = controller
         self.task = task.for_side(conditions.hand.side)
-        tried = tried_conditions(conditions, N_PERTURBED)
-        self.scenes = [Scene.build(task, each) for each in tried]
+        tried = tried_conditions(conditions, N_PERTURBED + N_CONFIRMED)
+        scenes = [Scene.build(task, each) for each in tried]
+        self.scenes, self.unseen = scenes[: 1 + N_PERTURBED], scenes[1 + N_PERTURBED :]
         self.hand = HandModel.from_spec(build_hand(conditions.hand))
         self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
         self.size = len(controller.subspace.components_) + 8
-        low, high = controller.navigation.inner
+        low, high = controller.navigation.obstacle.lower, controller.navigation.obstacle.upper
         margin = EDGE * (high - low)
-        self.box = (low + margin, high - margin)
+        inner = controller.navigation.inner
+        self.box = (np.maximum(low + margin, inner[0]), np.minimum(high - margin, inner[1]))
 
     def starts(self) -> list[GraspPlan]:
         """Return plans by the best fits with each lever, each with every arrival."""
@@ -234,6 +245,20 @@ class _Search:
             squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
             arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
         )
+
+    def confirmed(self, plan: GraspPlan) -> tuple[float, GraspPlan]:
+        """Return how often a plan holds in runs that no search has seen, and the plan.
+
+        A search finds what suits the few perturbed runs that it makes; of what several searches
+        found, that is best which holds in other runs, too. 0 if the nominal run does not hold.
+        """
+        if self.cost(plan) >= NOMINAL_FAILS:
+            return 0.0, plan
+        costs = [self._cost_on(scene, plan) for scene in self.unseen]
+        held = sum(cost < 1.0 for cost in costs)
+        return (1.0 + held - 0.01 * float(np.mean(np.minimum(costs, WORST)))) / (
+            1 + len(costs)
+        ), plan
 
     def cost(self, plan: GraspPlan) -> float:
         """Run a plan, nominal and perturbed, and return its mean cost."""

@@ -37,8 +37,6 @@ from handsim.navigation.paths import arc_length, interpolated
 from handsim.reproducible import dots, units
 from handsim.types import Array
 
-PULL = 2.0
-"""How much faster than along the guide the flow goes towards it."""
 _STEP = np.deg2rad(4.0)  # the flow is straight but in the closing layer
 _WITHIN = 4  # points of a path for each step: the guide bends where the flow is straight
 _LEAST_LEFT = 0.05  # of the guide, where the flow is taken in a loop; see `GuidedField.velocity`
@@ -63,11 +61,11 @@ class GuidedField:
     guide: Curve
     obstacle: ExponentialObstacle
     k: float
-    pull: float = PULL
+    pull: float
 
     @classmethod
     def leading(
-        cls, path: Array, lower: Array, upper: Array, width: Array, k: float
+        cls, path: Array, lower: Array, upper: Array, width: Array, k: float, pull: float
     ) -> "GuidedField":
         """Return the field of a path (m, n) in a box (n,), made wider where the proof needs it.
 
@@ -79,6 +77,8 @@ class GuidedField:
             Box and closing layer of the learned workspace [rad].
         k
             Exponent.
+        pull
+            How much faster than along the guide the flow goes towards it.
         """
         guide = Curve(path)
         centres = np.vstack([guide.centres(), path])
@@ -86,7 +86,7 @@ class GuidedField:
         high = np.maximum(upper, centres.max(axis=0) + 2.0 * width)
         basis = TensorBasis.uniform(low, high, (4,) * len(low))
         chi = TensorBSpline(basis, np.zeros(basis.n_coefficients))
-        return cls(guide, ExponentialObstacle(chi, width), k)
+        return cls(guide, ExponentialObstacle(chi, width), k, pull)
 
     @property
     def z_goal(self) -> Array:

@@ -60,6 +60,8 @@ class GuideSettings:
         The same for timings.
     time_duration
         Difference of ln(duration) over which timings are alike.
+    pull
+        How much faster than along the guide the flow goes towards it (`learning.guide.field`).
     """
 
     start: float = 1.0
@@ -75,6 +77,7 @@ class GuideSettings:
     time_common: float = 0.3
     time_noise: float = 0.4
     time_duration: float = 0.3
+    pull: float = 2.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,7 +65,7 @@ def retracing() -> np.ndarray:
 def guided() -> GuidedTiming:
     box = np.full(2, 2.0)
     return GuidedTiming(
-        GuidedField.leading(retracing(), -box, box, np.full(2, 0.2), 4.0), ProgressLaw(2.0)
+        GuidedField.leading(retracing(), -box, box, np.full(2, 0.2), 4.0, 2.0), ProgressLaw(2.0)
     )
 
 
