@@ -175,7 +175,9 @@ def direction_error(
         flow = controller.navigation.directions(points, path[-1])
     else:
         here = zip(points, _DIRECTION_FRACTIONS.tolist(), strict=True)
-        flow = units(np.vstack([guided.velocity(z[None], s, 1.0, 1.0 / (1.0 - s)) for z, s in here]))
+        flow = units(
+            np.vstack([guided.velocity(z[None], s, 1.0, 1.0 / (1.0 - s)) for z, s in here])
+        )
     cosines: Array = np.sum(flow * tangents, axis=1)
     return float(np.mean(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
