@@ -3,6 +3,11 @@ from .baseline.check import record_baseline as record_baseline
 from .baseline.store import read_baseline as read_baseline
 from .baseline.store import write_baseline as write_baseline
 from .baseline.tolerances import Tolerances as Tolerances
+from .driving.driver import DriverRule as DriverRule
+from .driving.driver import SignalDriver as SignalDriver
+from .driving.replay import drive_postures as drive_postures
+from .driving.signal_map import calibrate_signal as calibrate_signal
+from .driving.signal_map import map_between as map_between
 from .errors import FileError as FileError
 from .errors import HandsimError as HandsimError
 from .errors import InputError as InputError
