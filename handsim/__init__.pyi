@@ -6,7 +6,7 @@ from .baseline.tolerances import Tolerances as Tolerances
 from .driving.driver import DriverRule as DriverRule
 from .driving.driver import SignalDriver as SignalDriver
 from .driving.replay import drive_postures as drive_postures
-from .driving.signal_map import calibrate_signal as calibrate_signal
+from .driving.signal_calibration import calibrate_signal as calibrate_signal
 from .driving.signal_map import map_between as map_between
 from .errors import FileError as FileError
 from .errors import HandsimError as HandsimError

@@ -122,7 +122,8 @@ def _like(
 def _signal_map(
     demonstrations: "Sequence[Demonstration]", channel: str, between: tuple[float, float] | None
 ) -> "SignalMap":
-    from handsim.driving.signal_map import calibrate_signal, map_between
+    from handsim.driving.signal_calibration import calibrate_signal
+    from handsim.driving.signal_map import map_between
 
     if between is None:
         return calibrate_signal(demonstrations, channel)

@@ -99,13 +99,18 @@ def chosen_channel(
     for name in (DISTANCE, ENVELOPE, *(usable if len(usable) == 1 else ())):
         if name in usable:
             return name, file.signals[name]
-    held = ", ".join(file.signals)
     if usable:
-        raise InputError(f"{file.path}: holds {held}; name one with --channel")
+        raise InputError(f"{file.path}: holds {_some(usable)}; name one with --channel")
+    known = f"hold {_some(sorted(recorded))}" if recorded else "hold no channels"
     raise InputError(
-        f"{file.path}: holds {held}, of which the controller's recordings hold none; say with "
-        "--channel which of theirs it is, or give its values at rest and at the grasp with --range"
+        f"{file.path}: holds {_some(list(file.signals))}; the controller's recordings {known}; say "
+        "with --channel which it is, or give the values at rest and at the grasp with --range"
     )
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return ", ".join(names[:5]) + more
 
 
 def _columns(table: Table) -> tuple[Array, dict[str, Array]]:

@@ -1,12 +1,11 @@
-"""From a signal to progress: a monotone map, found from recordings.
+"""From a signal to progress: a monotone map.
 
-Each recording holds the signal at equally spaced progress. Monotone regression makes it a signal
-that never goes back; its inverse says how far the person had come when the signal left a value.
-The map is the two-thirds quantile of that over the recordings. Why not the mean: where a hand
-closes after it has arrived, a distance says no more than "here". A mean would stop half way; the
-quantile leads to the end, and `SignalMap.clock` gives the speed at which people closed theirs.
-Rising or falling, and whether a falling signal counts as it is or as a share of what it was at the
-start, is what says more about progress in recordings left out.
+`fitted_map` makes it of recordings, each of which holds the signal at equally spaced progress.
+Monotone regression makes that a signal that never goes back; its inverse says how far the person
+had come when the signal left a value. The map is the two-thirds quantile of that over the
+recordings. Why not the mean: where a hand closes after it has arrived, a distance says no more than
+"here". A mean would stop half way; the quantile leads to the end, and `SignalMap.clock` gives the
+speed at which people closed theirs.
 """
 
 from collections.abc import Sequence
@@ -14,16 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handsim.driving.monotone import isotonic, isotonic_fit
-from handsim.errors import InputError, UnknownNameError
+from handsim.driving.monotone import isotonic
+from handsim.errors import InputError
 from handsim.learning.demonstration import SIGNAL_PROGRESS, Demonstration
 from handsim.types import Array
 
-LEAST_EXPLAINED = 0.1
-"""Share of the variance of progress that a signal has to explain in recordings left out."""
 QUANTILE = 2 / 3
 _N_LEVELS = 201
-_MOST_FOLDS = 10
 _SLACK = (0.05, 0.5)  # least and greatest, as fractions of the range of levels
 _SHORTEST_STEP = 1e-4  # of the clock, so that it never stands still [s]
 
@@ -83,45 +79,22 @@ class SignalMap:
         return float(np.interp(now + seconds, self.clock, SIGNAL_PROGRESS))
 
 
-def calibrate_signal(demonstrations: Sequence[Demonstration], channel: str) -> SignalMap:
-    """Find what a signal says about progress.
-
-    Parameters
-    ----------
-    demonstrations
-        Those that hold the channel are used.
-    channel
-
-    Raises
-    ------
-    UnknownNameError
-        If none holds the channel.
-    InputError
-        If the signal tells nothing about progress.
-    """
-    used = [d for d in demonstrations if channel in d.signals]
-    if not used:
-        raise _no_channel(channel, demonstrations)
-    signals = np.array([d.signals[channel] for d in used])
-    ways = [(False, False), (True, False)]
-    if (signals[:, 0] > 0).all():
-        ways.insert(1, (False, True))
-    explained = [_explained(_levels(signals, *way)) for way in ways]
-    best = int(np.argmax(explained))
-    if explained[best] < LEAST_EXPLAINED:
-        raise InputError(
-            f"channel {channel} says too little about progress: {100 * explained[best]:.0f} % of "
-            f"its variance in {len(used)} recordings, at least {100 * LEAST_EXPLAINED:.0f} % are "
-            "needed; name another with --channel, or give its values at rest and at the grasp "
-            "with --range"
-        )
-    rising, relative = ways[best]
-    levels = _levels(signals, rising, relative)
+def fitted_map(
+    demonstrations: Sequence[Demonstration],
+    channel: str,
+    *,
+    rising: bool,
+    relative: bool,
+    explained: float | None = None,
+) -> SignalMap:
+    """Return the map of a signal, found from recordings that all hold it."""
+    levels = levels_of(demonstrations, channel, rising=rising, relative=relative)
     knots, progress = _map_of(levels)
+    slack = _slack_of(levels, knots)
+    clock = mean_clock(demonstrations)
     return SignalMap(
-        channel, rising, relative, knots, progress, mean_clock(used), _slack_of(levels, knots),
-        explained[best], len(used),
-    )  # fmt: skip
+        channel, rising, relative, knots, progress, clock, slack, explained, len(demonstrations)
+    )
 
 
 def map_between(
@@ -144,18 +117,26 @@ def map_between(
     )  # fmt: skip
 
 
+def times_at_progress(demonstration: Demonstration) -> Array:
+    """Return the times (101,) [s] at which a person came to equally spaced progress."""
+    progress = demonstration.progress
+    time = np.linspace(0.0, demonstration.duration, len(progress))
+    new = np.append(True, np.diff(progress) > 0)
+    return np.interp(SIGNAL_PROGRESS, progress[new], time[new])
+
+
 def mean_clock(demonstrations: Sequence[Demonstration]) -> Array:
     """Return the mean time (101,) [s] at which people came to equally spaced progress."""
-    times: list[Array] = []
-    for d in demonstrations:
-        time = np.linspace(0.0, d.duration, len(d.progress))
-        new = np.append(True, np.diff(d.progress) > 0)
-        times.append(np.interp(SIGNAL_PROGRESS, d.progress[new], time[new]))
+    times = [times_at_progress(d) for d in demonstrations]
     steps = np.maximum(np.diff(np.mean(times, axis=0)), _SHORTEST_STEP)
     return np.append(0.0, np.cumsum(steps))
 
 
-def _levels(signals: Array, rising: bool, relative: bool) -> Array:
+def levels_of(
+    demonstrations: Sequence[Demonstration], channel: str, *, rising: bool, relative: bool
+) -> Array:
+    """Return the levels (n, 101) of a signal at equally spaced progress."""
+    signals = np.array([d.signals[channel] for d in demonstrations])
     shares = signals / signals[:, :1] if relative else signals
     return shares if rising else -shares
 
@@ -184,29 +165,3 @@ def _slack_of(levels: Array, knots: Array) -> float:
     back = np.max(np.maximum.accumulate(levels, axis=1) - levels, axis=1)
     least, greatest = (fraction * float(knots[-1] - knots[0]) for fraction in _SLACK)
     return float(np.clip(np.quantile(back, QUANTILE), least, greatest))
-
-
-def _explained(levels: Array) -> float:
-    """Return the share of the variance of progress that levels explain in recordings left out.
-
-    Of a single recording, in itself.
-    """
-    n = len(levels)
-    fold = np.arange(n) % min(n, _MOST_FOLDS)
-    missed = 0.0
-    for left_out in range(int(fold.max()) + 1):
-        known = levels[fold != left_out] if n > 1 else levels
-        told = levels[fold == left_out]
-        knots, values = isotonic_fit(known.ravel(), np.tile(SIGNAL_PROGRESS, len(known)))
-        missed += float(np.sum((np.interp(told, knots, values) - SIGNAL_PROGRESS) ** 2))
-    return 1.0 - missed / (n * len(SIGNAL_PROGRESS) * float(np.var(SIGNAL_PROGRESS)))
-
-
-def _no_channel(channel: str, demonstrations: Sequence[Demonstration]) -> InputError:
-    known = tuple(dict.fromkeys(name for d in demonstrations for name in d.signals))
-    if known:
-        return UnknownNameError("channel of the recordings", channel, known)
-    return InputError(
-        f"channel {channel}: the recordings that the controller was learned from hold no channels; "
-        "give the values at rest and at the grasp with --range, or learn from recordings with it"
-    )
