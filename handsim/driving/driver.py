@@ -15,6 +15,10 @@ from handsim.errors import InputError
 from handsim.recordings.signals import low_passed
 
 
+_AT_START = 1e-3
+"""Progress below which the movement has not begun: a smoothed signal never quite returns."""
+
+
 class DriverState(NamedTuple):
     """Where a driver stands.
 
@@ -70,7 +74,7 @@ class DriverRule:
         else:
             smooth = low_passed(state.value, value, dt + state.unseen, self.smoothing)
             # Whoever moves away before the movement begins has a new start.
-            start = max(state.start, smooth) if state.progress <= 0 else state.start
+            start = max(state.start, smooth) if state.progress < _AT_START else state.start
         progress = self._followed(state.progress, self.map.level(smooth, start), dt)
         return DriverState(progress, smooth, start)
 

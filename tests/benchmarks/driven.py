@@ -35,9 +35,7 @@ def door() -> handsim.RecordingSet:
     return handsim.cut_recordings(whole, handsim.CutOptions(channel="latch_rad")).recordings
 
 
-def left_out(
-    recordings: handsim.RecordingSet, channel: str, places: Iterable[int]
-) -> list[Driven]:
+def left_out(recordings: handsim.RecordingSet, channel: str, places: Iterable[int]) -> list[Driven]:
     """Drive some recordings by a channel, with what was learned from all the others."""
     results = []
     for i in places:
