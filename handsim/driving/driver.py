@@ -14,7 +14,6 @@ from handsim.driving.signal_map import SignalMap
 from handsim.errors import InputError
 from handsim.recordings.signals import low_passed
 
-
 _AT_START = 1e-3
 """Progress below which the movement has not begun: a smoothed signal never quite returns."""
 
