@@ -70,6 +70,7 @@ from .recordings.posture_file import read_postures as read_postures
 from .recordings.posture_file import write_postures as write_postures
 from .recordings.recording import Recording as Recording
 from .recordings.recording import RecordingSet as RecordingSet
+from .recordings.signals import signals_of as signals_of
 from .retargeting.retarget import Retargeter as Retargeter
 from .retargeting.robot_hand import RobotHand as RobotHand
 from .tasks.lift import lift_task as lift_task
