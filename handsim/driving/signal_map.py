@@ -157,7 +157,11 @@ def _reached(monotone: Array, levels: Array) -> Array:
     Nowhere, as long as the signal is what it was at the start.
     """
     last = np.searchsorted(monotone, levels, side="right") - 1
-    return np.where(levels > monotone[0], SIGNAL_PROGRESS[np.maximum(last, 0)], 0.0)
+    here = np.clip(last, 0, len(monotone) - 2)
+    step = np.maximum(monotone[here + 1] - monotone[here], np.finfo(float).tiny)
+    share = np.where(last > here, 1.0, np.minimum((levels - monotone[here]) / step, 1.0))
+    reached = (here + share) / (len(monotone) - 1)
+    return np.where(levels > monotone[0], reached, 0.0)
 
 
 def _slack_of(levels: Array, knots: Array) -> float:

@@ -102,7 +102,8 @@ def test_a_share_is_of_the_value_when_the_movement_began() -> None:
     assert one.progress == 0.0
     assert one.state.start == 0.6
     assert driven(one, np.linspace(0.6, 0.375, 300))[-1] == pytest.approx(0.5, abs=0.02)
-    assert one.state.start == 0.6
+    driven(one, [0.65])
+    assert one.state.start == 0.6  # on its way, it is that of this movement
     assert driven(one, [0.65] * 300)[-1] == 0.0
     one.state = one.state._replace(progress=1e-9)  # as a smoothed signal leaves it
     driven(one, [0.7])

@@ -17,6 +17,7 @@ def test_the_inverse_of_one_recording() -> None:
     assert made.ahead(-0.5) == 0.0
     assert made.ahead(0.0) == 1.0
     assert made.level(0.25, start=0.4) == -0.25
+    assert made.slack == pytest.approx(0.05 * 0.3)
 
 
 def test_two_thirds_of_people_were_no_farther() -> None:
@@ -86,6 +87,7 @@ def test_the_clock_is_the_mean_of_people() -> None:
 def test_a_clock_never_stands_still() -> None:
     leap = np.where(EVEN < 0.5, 0.0, 1.0)  # from 0 to 1 within one of 50 steps
     assert (np.diff(mean_clock([demonstration(1.0, leap)])) > 0).all()
+    assert (np.diff(mean_clock([demonstration(1.0, 0 * EVEN)])) > 0).all()
 
 
 def test_falling_ranges() -> None:
