@@ -43,6 +43,10 @@ def drive(
         str | None,
         typer.Option(help="Recorded task whose destination to take; else that of the file."),
     ] = None,
+    grasped: Annotated[
+        str | None,
+        typer.Option("--object", help="Object to be grasped; that of --task if left out."),
+    ] = None,
     between: Annotated[
         tuple[float, float] | None,
         typer.Option("--range", metavar="REST GRASP", help="Values at rest and at the grasp."),
@@ -77,10 +81,11 @@ def drive(
     read = read_signal_file(signal)
     known = learned.demonstrations
     name, values = chosen_channel(read, known, channel, between is not None)
-    q_start, q_goal, end = _ends(learned, read, task)
-    used = _signal_map(_like(known, end, name), name, between)
+    q_start, q_goal = _ends(learned, read, task)
+    thing = _object(learned, grasped, task)
+    used = _signal_map(_like(known, thing, name), name, between)
     rule = DriverRule(used, smoothing, speed)
-    driven = drive_postures(learned, rule, read.time, values, q_start, q_goal, read.q)
+    driven = drive_postures(learned, rule, read.time, values, q_start, q_goal, read.q, thing)
     text = postures_text(driven.time, driven.q, {"progress": driven.progress, name: values})
     if video is not None:
         _film(driven, read, video)
@@ -95,27 +100,38 @@ def drive(
 
 def _ends(
     learned: "GraspController", read: "SignalFile", task: str | None
-) -> "tuple[Array, Array, Demonstration | None]":
-    """Return first and last posture, and the demonstration whose destination that is, if any."""
+) -> "tuple[Array, Array]":
+    """Return first and last posture."""
     from handsim.errors import InputError
 
     tasks = {(d.task, d.object) for d in learned.demonstrations}
     if task is None and read.q is not None:
-        return read.q[0], read.q[-1], None
+        return read.q[0], read.q[-1]
     if task is None and len(tasks) > 1:
         raise InputError(
             f"{read.path}: holds no joints, and the controller knows {len(tasks)} tasks; say with "
             "--task where the movement is to end"
         )
     end = learned.demonstrations[0] if task is None else learned.demonstration(task)
-    return (end.q_start if read.q is None else read.q[0]), end.q_goal, end
+    return (end.q_start if read.q is None else read.q[0]), end.q_goal
+
+
+def _object(learned: "GraspController", grasped: str | None, task: str | None) -> str | None:
+    """Return the object that is grasped: named, of the task, or the only one of the recordings."""
+    if grasped is not None:
+        learned.check_object(grasped)
+        return grasped
+    if task is not None:
+        return learned.demonstration(task).object
+    known = {d.object for d in learned.demonstrations}
+    return known.pop() if len(known) == 1 else None
 
 
 def _like(
-    known: "Sequence[Demonstration]", end: "Demonstration | None", channel: str
+    known: "Sequence[Demonstration]", thing: str | None, channel: str
 ) -> "Sequence[Demonstration]":
     """Return the demonstrations of the same object, if enough of them hold the channel."""
-    same = [d for d in known if end and d.object == end.object and channel in d.signals]
+    same = [d for d in known if d.object == thing and channel in d.signals]
     return same if len(same) >= ENOUGH else known
 
 

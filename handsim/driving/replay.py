@@ -11,11 +11,11 @@ import numpy as np
 
 from handsim.driving.driver import DriverRule, SignalDriver
 from handsim.errors import InputError
-from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
-from handsim.learning.timing import MAX_DURATION
+from handsim.learning.guide.likeness import Grasped
+from handsim.learning.movement.postures import at_fractions
+from handsim.learning.movement.progress import MAX_DURATION
 from handsim.navigation.flow import ARRIVAL
-from handsim.navigation.paths import at_arc_length
 from handsim.result import Result
 from handsim.types import Array
 
@@ -27,7 +27,7 @@ class Driven(Result):
     Attributes
     ----------
     time : (n,) [s]
-    q : (n, 22) [rad], within the joint ranges
+    q : (n, 22) [rad], within the person's ranges of motion
     progress : (n,)
         Fraction of the length of the path.
     n_missing
@@ -63,6 +63,7 @@ def drive_postures(
     q_start: Array,
     q_goal: Array,
     q_recorded: Array | None = None,
+    grasped: Grasped | None = None,
 ) -> Driven:
     """Drive a controller along its path by a recorded signal.
 
@@ -76,6 +77,8 @@ def drive_postures(
     q_start, q_goal : (22,) [rad]
     q_recorded : (n, 22) [rad]
         What the person did meanwhile, for the score.
+    grasped
+        The object, as in `GraspController.path`.
 
     Raises
     ------
@@ -96,8 +99,8 @@ def drive_postures(
     driver = SignalDriver(rule)
     progress = np.array([driver.step(value, dt) for value, dt in zip(values, steps, strict=True)])
     subspace = controller.subspace
-    path = controller.path(subspace.transform(q_start), subspace.transform(q_goal))
-    q = clip_to_range(subspace.inverse_transform(at_arc_length(path.points, progress)))
+    path = controller.path(subspace.transform(q_start), subspace.transform(q_goal), grasped)
+    q = controller.clipped(subspace.inverse_transform(at_fractions(path.points, progress)))
     goal = subspace.inverse_transform(subspace.transform(q_goal))
     distance = float(np.linalg.norm(q[-1] - goal))
     arrived = path.arrived and distance <= ARRIVAL
@@ -109,7 +112,7 @@ def drive_postures(
         reason = "clipped" if path.arrived else path.reason
     scores = (None, None) if q_recorded is None else (
         posture_rms_deg(q, q_recorded),
-        _time_law_rms(controller, time, q_recorded, q_start, q_goal),
+        _time_law_rms(controller, time, q_recorded, q_start, q_goal, grasped),
     )  # fmt: skip
     return Driven(time, q, progress, missing, arrived, reason, distance, *scores)
 
@@ -120,12 +123,17 @@ def posture_rms_deg(q: Array, reference: Array) -> float:
 
 
 def _time_law_rms(
-    controller: GraspController, time: Array, q_recorded: Array, q_start: Array, q_goal: Array
+    controller: GraspController,
+    time: Array,
+    q_recorded: Array,
+    q_start: Array,
+    q_goal: Array,
+    grasped: Grasped | None,
 ) -> float | None:
     duration = float(time[-1] - time[0])
     if duration > MAX_DURATION:
         return None
-    made = controller.postures(q_start, q_goal, duration=duration)
+    made = controller.postures(q_start, q_goal, grasped=grasped, duration=duration)
     since = time - time[0]
     q = np.column_stack([np.interp(since, made.time, column) for column in made.q.T])
     return posture_rms_deg(q, q_recorded)

@@ -16,6 +16,7 @@ import numpy as np
 from handsim.driving.monotone import isotonic
 from handsim.errors import InputError
 from handsim.learning.demonstration import SIGNAL_PROGRESS, Demonstration
+from handsim.learning.movement.progress import N_PROGRESS, minimum_jerk
 from handsim.types import Array
 
 QUANTILE = 2 / 3
@@ -120,6 +121,8 @@ def map_between(
 def times_at_progress(demonstration: Demonstration) -> Array:
     """Return the times (101,) [s] at which a person came to equally spaced progress."""
     progress = demonstration.progress
+    if progress is None:  # a file of an earlier version
+        progress = minimum_jerk(np.linspace(0.0, 1.0, N_PROGRESS), 1.0)
     time = np.linspace(0.0, demonstration.duration, len(progress))
     new = np.append(True, np.diff(progress) > 0)
     return np.interp(SIGNAL_PROGRESS, progress[new], time[new])

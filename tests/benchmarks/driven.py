@@ -46,7 +46,9 @@ def left_out(recordings: handsim.RecordingSet, channel: str, places: Iterable[in
         one = recordings[i]
         values = signals_of(one.time, one.channels)[channel]
         results.append(
-            drive_postures(controller, rule, one.time, values, one.q[0], one.q[-1], one.q)
+            drive_postures(
+                controller, rule, one.time, values, one.q[0], one.q[-1], one.q, one.object
+            )
         )
     return results
 

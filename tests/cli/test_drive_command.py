@@ -133,8 +133,8 @@ def test_enough_recordings_of_an_object_go_alone(pillow) -> None:
     other = [handsim.learning.demonstration.Demonstration(
         **{**vars(d), "object": "cup"}) for d in known]  # fmt: skip
     mixed = [*known[:ENOUGH], *other]
-    assert list(_like(mixed, known[0], "distance_m")) == mixed[:ENOUGH]
-    assert list(_like(mixed[1:], known[0], "distance_m")) == mixed[1:]
+    assert list(_like(mixed, "pillow", "distance_m")) == mixed[:ENOUGH]
+    assert list(_like(mixed[1:], "pillow", "distance_m")) == mixed[1:]
     assert list(_like(mixed, None, "distance_m")) == mixed
 
 
@@ -150,6 +150,7 @@ def test_enough_recordings_of_an_object_go_alone(pillow) -> None:
             ("--range", "0", "1", "--channel", "palm_x_m", "--task", "cube-rise"),
             "did you mean cube-raise",
         ),
+        (("--range", "0", "1", "--channel", "palm_x_m", "--object", "cubb"), "did you mean cube"),
         (("--video", "p.avi"), "suffix '.avi'"),
     ],
 )
