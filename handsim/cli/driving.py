@@ -52,9 +52,9 @@ def drive(
         typer.Option("--range", metavar="REST GRASP", help="Values at rest and at the grasp."),
     ] = None,
     speed: Annotated[
-        float, typer.Option(help="Greatest speed, relative to people's at the same progress.")
-    ] = 1.2,
-    smoothing: Annotated[float, typer.Option(help="Time constant of the low-pass in s.")] = 0.02,
+        float, typer.Option(help="Greatest speed, relative to people's at the same pace.")
+    ] = 1.15,
+    smoothing: Annotated[float, typer.Option(help="Time constant of the low-pass in s.")] = 0.04,
     video: Annotated[
         Path | None, typer.Option(help="Film of it, the recorded hand beside; .mp4 or .gif.")
     ] = None,

@@ -5,11 +5,12 @@ posture. Beside it stands that of the controller's own time law, which is told h
 took.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from handsim.driving.driver import DriverRule, SignalDriver
+from handsim.driving.signal_map import PHASES
 from handsim.errors import InputError
 from handsim.learning.controller import GraspController
 from handsim.learning.guide.likeness import Grasped
@@ -71,6 +72,7 @@ def drive_postures(
     ----------
     controller
     rule
+        Without a curve of its own, progress is what the controller predicts for this movement.
     time : (n,) [s], increasing
     values : (n,)
         The signal; NaN where it is missing.
@@ -96,10 +98,15 @@ def drive_postures(
     missing = int(np.sum(~np.isfinite(values)))
     if missing == len(values):
         raise InputError(f"the signal has no value in {missing} frames; give another channel")
+    subspace = controller.subspace
+    ends = subspace.transform(q_start), subspace.transform(q_goal)
+    path = controller.path(*ends, grasped)
+    if rule.curve is None:
+        usual = rule.map.pace.duration
+        covered = controller.progress(*ends, usual, grasped).covered(PHASES * usual)
+        rule = replace(rule, curve=covered)
     driver = SignalDriver(rule)
     progress = np.array([driver.step(value, dt) for value, dt in zip(values, steps, strict=True)])
-    subspace = controller.subspace
-    path = controller.path(subspace.transform(q_start), subspace.transform(q_goal), grasped)
     q = controller.clipped(subspace.inverse_transform(at_fractions(path.points, progress)))
     goal = subspace.inverse_transform(subspace.transform(q_goal))
     distance = float(np.linalg.norm(q[-1] - goal))

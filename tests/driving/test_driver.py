@@ -43,6 +43,53 @@ def test_the_limit_is_that_of_people_at_the_same_progress() -> None:
     assert progress[49] == pytest.approx(0.25, abs=0.01)
 
 
+def test_progress_is_that_of_this_movement_where_it_is_given() -> None:
+    rule = DriverRule(driver().rule.map, 0.0, 1.0, curve=np.linspace(0.0, 1.0, 101) ** 2)
+    assert driven(SignalDriver(rule), np.ones(50))[-1] == pytest.approx(0.25)
+    with pytest.raises(InputError, match="curve of shape"):
+        DriverRule(driver().rule.map, curve=np.ones(7))
+
+
+def paced() -> DriverRule:
+    """By people of whom the slow took twice as long as the fast, all along."""
+    several = [demonstration(d, d=np.maximum(falling(0.4, -0.2), 0.1)) for d in (0.8, 1.2, 1.6)]
+    return DriverRule(fitted_map(several, "d", rising=False, relative=False), 0.0, 1.0)
+
+
+def closing_time(one: SignalDriver, approach_s: float) -> float:
+    """Time from the arrival of a signal to that of the hand."""
+    n = int(approach_s / DT)
+    driven(one, np.linspace(0.4, 0.1, n))
+    after = driven(one, np.full(400, 0.09))
+    return DT * int(np.searchsorted(after, 0.999))
+
+
+def test_who_comes_soon_closes_soon() -> None:
+    fast, slow = (closing_time(SignalDriver(paced()), approach) for approach in (0.4, 0.8))
+    assert slow / fast > 1.3  # at the usual pace the fast one, which lags behind, would take longer
+
+
+def test_who_waits_first_closes_as_usual() -> None:
+    """Waiting at rest is no part of the movement, and nobody took so long to begin."""
+    one = SignalDriver(paced())
+    driven(one, np.full(500, 0.4))
+    assert one.state.elapsed == 0.0
+    assert closing_time(one, 0.4) == pytest.approx(closing_time(SignalDriver(paced()), 0.4))
+    late = SignalDriver(paced())
+    driven(late, np.full(500, 0.39))
+    assert late.state.elapsed > 4
+    driven(late, [0.1])
+    assert late.state.duration is None
+
+
+def test_the_pace_is_that_of_one_movement() -> None:
+    one = SignalDriver(paced())
+    closing_time(one, 0.4)
+    assert one.state.duration is not None and one.state.passed == 9
+    driven(one, np.full(400, 0.4))
+    assert (one.state.passed, one.state.duration) == (0, None)
+
+
 def test_small_returns_are_ignored_and_great_ones_followed() -> None:
     one = driver()
     driven(one, np.full(200, 0.6))
@@ -105,7 +152,7 @@ def test_a_share_is_of_the_value_when_the_movement_began() -> None:
     driven(one, [0.65])
     assert one.state.start == 0.6  # on its way, it is that of this movement
     assert driven(one, [0.65] * 300)[-1] == 0.0
-    one.state = one.state._replace(progress=1e-9)  # as a smoothed signal leaves it
+    one.state = one.state._replace(phase=1e-9)  # as a smoothed signal leaves it
     driven(one, [0.7])
     assert one.state.start == 0.7  # back at the start, a new movement begins
 

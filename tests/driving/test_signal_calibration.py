@@ -17,7 +17,7 @@ def test_the_direction_is_found() -> None:
     assert (down.rising, up.rising) == (False, True)
     assert down.explained == pytest.approx(1.0, abs=1e-3)
     assert down.n_recordings == 4
-    assert (np.diff(up.progress) >= 0).all()
+    assert (np.diff(up.phase) >= 0).all()
 
 
 def test_shares_where_starts_differ_and_values_where_ends_agree() -> None:

@@ -1,10 +1,18 @@
-"""Maps from a signal to progress, and how fast people were."""
+"""Maps from a signal to the phase of a movement."""
+
+import dataclasses
 
 import numpy as np
 import pytest
 from made_up import EVEN, demonstration, falling
 
-from handsim.driving.signal_map import fitted_map, map_between, mean_clock, times_at_progress
+from handsim.driving.signal_map import (
+    PHASES,
+    fitted_map,
+    map_between,
+    mean_progress,
+    times_at_progress,
+)
 from handsim.errors import InputError
 from handsim.learning.demonstration import SIGNAL_PROGRESS
 
@@ -20,13 +28,13 @@ def test_the_inverse_of_one_recording() -> None:
     assert made.slack == pytest.approx(0.05 * 0.3)
 
 
-def test_two_thirds_of_people_were_no_farther() -> None:
+def test_four_of_five_people_were_no_farther() -> None:
     """Signals that end at different places: the quantile, not the mean."""
-    ends = [0.10, 0.15, 0.20, 0.20]
+    ends = [0.10, 0.10, 0.15, 0.20, 0.20]
     several = [demonstration(d=falling(end=end)) for end in ends]
     made = fitted_map(several, "d", rising=False, relative=False)
-    assert made.ahead(-0.2) == pytest.approx(1.0, abs=0.02)  # the mean would be 0.87
-    assert (np.diff(made.progress) >= 0).all()
+    assert made.ahead(-0.2) == pytest.approx(1.0, abs=0.02)  # the mean would be 0.82
+    assert (np.diff(made.phase) >= 0).all()
 
 
 def test_a_share_of_the_start_makes_different_starts_one() -> None:
@@ -71,23 +79,34 @@ def test_the_slack_is_what_recorded_signals_go_back() -> None:
     assert made.slack == pytest.approx(0.5 * (made.levels[-1] - made.levels[0]))
 
 
-def test_the_clock_is_the_mean_of_people() -> None:
-    slow_start = EVEN**2
-    one, other = demonstration(2.0, slow_start), demonstration(1.0)
-    assert times_at_progress(one)[25] == pytest.approx(1.0, abs=0.01)  # a quarter after half
-    clock = mean_clock([one, other])
-    assert clock[25] == pytest.approx((1.0 + 0.25) / 2, abs=0.01)
-    assert clock[-1] == pytest.approx(1.5)
-    made = map_between([one, other], 0.0, 1.0)
-    assert made.later(0.25, clock[50] - clock[25]) == pytest.approx(0.5)
-    assert made.later(0.5, -10.0) == 0.0
-    assert made.later(0.5, 10.0) == 1.0
+def test_phases_are_fractions_of_the_time() -> None:
+    """A signal that follows progress, of people who are a quarter along after half the time."""
+    slow_start = [demonstration(d, EVEN**2, s=SIGNAL_PROGRESS) for d in (1.0, 2.0)]
+    assert times_at_progress(slow_start[1])[25] == pytest.approx(1.0, abs=0.01)
+    made = fitted_map(slow_start, "s", rising=True, relative=False)
+    assert made.ahead(0.25) == pytest.approx(0.5, abs=0.01)
+    assert made.curve[50] == pytest.approx(0.25, abs=0.01)
+    assert made.pace.duration == pytest.approx(2**0.5)
 
 
-def test_a_clock_never_stands_still() -> None:
-    leap = np.where(EVEN < 0.5, 0.0, 1.0)  # from 0 to 1 within one of 50 steps
-    assert (np.diff(mean_clock([demonstration(1.0, leap)])) > 0).all()
-    assert (np.diff(mean_clock([demonstration(1.0, 0 * EVEN)])) > 0).all()
+def test_progress_is_the_mean_of_people() -> None:
+    curve = mean_progress([demonstration(2.0, EVEN**2), demonstration(1.0)])
+    assert curve[50] == pytest.approx((0.25 + 0.5) / 2)
+    assert (curve[0], curve[-1]) == (0.0, 1.0)
+
+
+def test_files_without_timing_count_as_minimum_jerk() -> None:
+    older = dataclasses.replace(demonstration(2.0), progress=None)
+    assert mean_progress([older])[[25, 50]] == pytest.approx([0.1035, 0.5], abs=1e-3)
+    assert times_at_progress(older)[50] == pytest.approx(1.0)
+
+
+def test_progress_is_linear_between_rest_and_grasp() -> None:
+    made = map_between([demonstration(1.0, EVEN**2)], 0.0, 1.0)
+    assert made.ahead(0.25) == pytest.approx(0.5, abs=0.01)
+    assert np.interp(made.ahead(0.6), PHASES, made.curve) == pytest.approx(0.6, abs=1e-3)
+    still = map_between([demonstration(1.0, 0 * EVEN)], 0.0, 1.0)
+    assert np.isfinite(still.phase).all()
 
 
 def test_falling_ranges() -> None:
