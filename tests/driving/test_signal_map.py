@@ -53,6 +53,13 @@ def test_where_a_signal_stands_still_it_leads_to_the_end_of_that() -> None:
     assert made.ahead(-0.15) < 0.5
 
 
+def test_one_wrong_value_changes_little() -> None:
+    wrong = falling()
+    wrong[20] = 0.1
+    made = fitted_map([demonstration(d=wrong)], "d", rising=False, relative=False)
+    assert made.ahead(-0.25) == pytest.approx(0.5, abs=0.02)
+
+
 def test_a_switch_is_off_at_rest_and_on_at_the_end() -> None:
     """People moved a little before they pressed it; off is none the less rest."""
     pressed = (SIGNAL_PROGRESS > 0.3).astype(float)
