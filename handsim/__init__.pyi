@@ -3,6 +3,11 @@ from .baseline.check import record_baseline as record_baseline
 from .baseline.store import read_baseline as read_baseline
 from .baseline.store import write_baseline as write_baseline
 from .baseline.tolerances import Tolerances as Tolerances
+from .driving.driver import DriverRule as DriverRule
+from .driving.driver import SignalDriver as SignalDriver
+from .driving.replay import drive_postures as drive_postures
+from .driving.signal_calibration import calibrate_signal as calibrate_signal
+from .driving.signal_map import map_between as map_between
 from .errors import FileError as FileError
 from .errors import HandsimError as HandsimError
 from .errors import InputError as InputError
@@ -65,6 +70,7 @@ from .recordings.posture_file import read_postures as read_postures
 from .recordings.posture_file import write_postures as write_postures
 from .recordings.recording import Recording as Recording
 from .recordings.recording import RecordingSet as RecordingSet
+from .recordings.signals import signals_of as signals_of
 from .retargeting.retarget import Retargeter as Retargeter
 from .retargeting.robot_hand import RobotHand as RobotHand
 from .tasks.lift import lift_task as lift_task

@@ -14,6 +14,7 @@ import typer
 
 from handsim.cli import (
     baseline,
+    driving,
     grasping,
     hand,
     learning,
@@ -45,6 +46,7 @@ for command in (
     learning.evaluate,
     learning.certify,
     learning.postures,
+    driving.drive,
     grasping.grasp,
     sweeping.sweep,
     seeing.render,

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from handsim.errors import InputError
 from handsim.joints import LOWER, N_JOINTS, UPPER
 from handsim.learning.base import plain
-from handsim.learning.demonstration import Demonstration
+from handsim.learning.demonstration import SIGNAL_PROGRESS, Demonstration
 from handsim.learning.guide.predictor import GuideSettings
 from handsim.learning.movement.progress import N_PROGRESS, check_duration
 from handsim.learning.options import check_options, is_foreign
@@ -63,6 +63,7 @@ def content_of(controller: "GraspController") -> tuple[dict[str, Any], dict[str,
     for record in records:
         for name in _VECTORS + _CURVES:
             del record[name]
+    signals = [(i, *each) for i, r in enumerate(records) for each in r.pop("signals").items()]
     arrays.update({f"knots_{i}": knots for i, knots in enumerate(spline.basis.knots)})
     arrays["coefficients"] = spline.coefficients
     arrays["ranges"] = controller.ranges
@@ -77,6 +78,9 @@ def content_of(controller: "GraspController") -> tuple[dict[str, Any], dict[str,
         "options": dict(controller.options),
         "demonstrations": records,
     }
+    if signals:
+        metadata["signals"] = [[i, name] for i, name, _ in signals]
+        arrays["signals"] = np.array([values for _, _, values in signals])
     if controller.accepted:
         metadata["accepted"] = list(controller.accepted)
     if controller.guide:
@@ -159,6 +163,7 @@ def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
         _check_metric(n, metadata["metric_reach"], arrays)
     _check_demonstrations(n, metadata["demonstrations"], arrays)
     _check_curves(n, metadata, arrays)
+    _check_signals(metadata, arrays)
     if "ranges" in arrays:
         _check_shape("ranges", arrays, 2, N_JOINTS)
         if not (arrays["ranges"][0] < arrays["ranges"][1]).all():
@@ -168,8 +173,11 @@ def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
 def stored_demonstrations(metadata: Mapping[str, Any], arrays: Arrays) -> tuple[Demonstration, ...]:
     """Restore demonstrations from the metadata and arrays of a controller's file."""
     held = [name for name in _VECTORS + _CURVES if name in arrays]
+    signals: list[dict[str, Any]] = [{} for _ in metadata["demonstrations"]]
+    for row, (i, name) in enumerate(metadata.get("signals", [])):
+        signals[i][name] = arrays["signals"][row]
     return tuple(
-        Demonstration(**record, **{name: arrays[name][i] for name in held})
+        Demonstration(**record, **{name: arrays[name][i] for name in held}, signals=signals[i])
         for i, record in enumerate(metadata["demonstrations"])
     )
 
@@ -285,3 +293,12 @@ def _check_curves(n: int, metadata: Mapping[str, Any], arrays: Arrays) -> None:
     ends = np.abs(progress[:, [0, -1]] - [0.0, 1.0]).max(initial=0.0)
     if (np.diff(progress) < 0).any() or ends > _ACCURACY:
         raise ValueError("progress does not rise from 0 to 1")
+
+
+def _check_signals(metadata: Mapping[str, Any], arrays: Arrays) -> None:
+    names, count = metadata.get("signals", []), len(metadata["demonstrations"])
+    for place, name in names:
+        if not isinstance(name, str) or type(place) is not int or not 0 <= place < count:
+            raise ValueError(f"signal {name!r} of demonstration {place!r} is none of this file's")
+    if names:
+        _check_shape("signals", arrays, len(names), len(SIGNAL_PROGRESS))

@@ -332,6 +332,7 @@ class GraspController:
         metadata, arrays = content_of(self)
         behaviour = ("obstacle", "degree", "k", "demonstrations", "metric_reach", "guide")
         settings = {name: metadata[name] for name in behaviour if name in metadata}
+        arrays.pop("signals", None)  # only a person's signal makes use of them
         return content_digest(settings, arrays)
 
     def save(self, path: Path) -> None:

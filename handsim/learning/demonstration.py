@@ -1,4 +1,4 @@
-"""What a controller keeps of each recording: both ends of the movement, its path and its timing."""
+"""What a controller keeps of each recording: both ends, its path, its timing and its signals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,7 +11,12 @@ from handsim.learning.movement.progress import N_PROGRESS
 from handsim.learning.subspace import PostureSubspace
 from handsim.navigation.paths import N_COMPARED, arc_length, at_arc_length
 from handsim.recordings.recording import Recording, RecordingSet
+from handsim.recordings.signals import signals_of
 from handsim.types import Array
+
+SIGNAL_PROGRESS = np.linspace(0.0, 1.0, 101)
+"""Progress at which signals are kept."""
+_MOST_SIGNAL = 1e6  # a channel with greater values is not kept: a controller's file holds none
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,9 @@ class Demonstration:
         The path in the subspace, equally spaced in arc length. None in files of earlier versions.
     progress : (51,)
         Fraction of its length covered at equal steps of time; None likewise.
+    signals : name to (101,)
+        Channels and what is derived from them (`handsim.recordings.signals`) at equally spaced
+        progress, to 7 digits. Only those without a missing value.
     """
 
     name: str
@@ -49,6 +57,7 @@ class Demonstration:
     numbers: Mapping[str, float] = field(default_factory=dict[str, float])
     path: Array | None = None
     progress: Array | None = None
+    signals: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
 
 def demonstrations_of(
@@ -77,7 +86,20 @@ def _demonstration_of(recording: Recording, subspace: PostureSubspace) -> Demons
         numbers=object_numbers(recording.extra),
         path=at_arc_length(z, np.linspace(0.0, 1.0, N_COMPARED)),
         progress=np.interp(np.linspace(0.0, 1.0, N_PROGRESS), passed, covered),
+        signals=_by_progress(recording, covered),
     )
+
+
+def _by_progress(recording: Recording, covered: Array) -> dict[str, Array]:
+    """Return signals at equally spaced progress, given that at each frame; 7 digits take less."""
+    moved = np.append(True, np.diff(covered) > 0)  # of a standstill its first frame counts
+    return {
+        name: np.interp(SIGNAL_PROGRESS, covered[moved], values[moved])
+        .astype(np.float32)
+        .astype(np.float64)
+        for name, values in signals_of(recording.time, recording.channels).items()
+        if (np.abs(values) <= _MOST_SIGNAL).all()
+    }
 
 
 def named(demonstrations: Sequence[Demonstration], name: str) -> Demonstration:

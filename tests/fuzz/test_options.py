@@ -63,6 +63,16 @@ def test_postures(sandbox):
     )  # fmt: skip
 
 
+def test_drive(sandbox):
+    """Without --range, since that takes two words; the recording drives itself by a channel."""
+    people = data_folder("assets") / "people" / "pillow" / "pillow-03.csv"
+    try_command(
+        sandbox, 20, "d.csv", ("drive",), task=TASKS, channel=mostly("distance_m", "palm_x_m"),
+        signal=mostly(str(people), str(POSTURES), else_=st.sampled_from(["/", str(CONTROLLER)])),
+        speed=mostly("2", else_=NUMBERS), smoothing=mostly("0.1", else_=NUMBERS), json=FLAG,
+    )  # fmt: skip
+
+
 def test_hand_build(sandbox):
     sides = mostly("left", "right")
     try_command(
