@@ -14,8 +14,8 @@ from handsim.driving.signal_map import PHASES
 from handsim.errors import InputError
 from handsim.learning.controller import GraspController
 from handsim.learning.guide.likeness import Grasped
-from handsim.learning.movement.postures import at_fractions
 from handsim.learning.movement.progress import MAX_DURATION
+from handsim.learning.movement.sequence import at_fractions
 from handsim.navigation.flow import ARRIVAL
 from handsim.result import Result
 from handsim.types import Array

@@ -17,7 +17,8 @@ from handsim.learning.demonstration import Demonstration, named
 from handsim.learning.guide.field import GuidedField
 from handsim.learning.guide.likeness import Grasped
 from handsim.learning.guide.predictor import GuideSettings, PathPredictor
-from handsim.learning.movement.postures import (
+from handsim.learning.movement.progress import ProgressLaw, check_duration
+from handsim.learning.movement.sequence import (
     TIME_LAWS,
     PostureSequence,
     TimeLaw,
@@ -25,7 +26,6 @@ from handsim.learning.movement.postures import (
     by_gradient,
     frame_times,
 )
-from handsim.learning.movement.progress import ProgressLaw, check_duration
 from handsim.learning.movement.timing import FieldTiming, GuidedTiming, Timing
 from handsim.learning.subspace import PostureSubspace
 from handsim.navigation.flow import ARRIVAL, FlowPath, follow
@@ -86,18 +86,7 @@ class GraspController:
         return hash(self.digest)
 
     def demonstration(self, name: str) -> Demonstration:
-        """Return what was learned of a recording, by a name.
-
-        Parameters
-        ----------
-        name
-            Of a recording or a task, or else of an object. Of several recordings the first.
-
-        Raises
-        ------
-        UnknownNameError
-            If no recording, task or object has that name; the message offers the nearest.
-        """
+        """Return what was learned of a recording, by a name; see `named`."""
         return named(self.demonstrations, name)
 
     def velocity(self, z: Array, z_goal: Array) -> Array:
@@ -142,13 +131,7 @@ class GraspController:
         return GuidedField.leading(path, *box, k, self.guide.pull)
 
     def path(self, z_start: Array, z_goal: Array, grasped: Grasped | None = None) -> FlowPath:
-        """Follow the flow from a start to a destination, both (n,) [rad].
-
-        Parameters
-        ----------
-        z_start, z_goal
-        grasped
-            See `field`.
+        """Follow the flow of a query (see `field`) from its start to its destination.
 
         Raises
         ------

@@ -13,7 +13,7 @@ import numpy as np
 
 from handsim.learning.controller import GraspController
 from handsim.learning.guide.likeness import Grasped
-from handsim.learning.movement.postures import at_fractions
+from handsim.learning.movement.sequence import at_fractions
 from handsim.navigation.flow import FlowPath
 from handsim.navigation.paths import arc_length
 from handsim.recordings.recording import Recording

@@ -89,7 +89,7 @@ def test_a_workspace_too_narrow_is_not_proven() -> None:
     )
     field = led(turn.astype(float))
     assert field.proven and field.obstacle.upper[0] > 1.0
-    narrow = GuidedField.leading(np.zeros((2, 3)) + [[0, 0, 0], [0.1, 0, 0]], LOW, HIGH, WIDTH, K, 2.0)
+    narrow = led(np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]))
     assert not replace(field, obstacle=narrow.obstacle).proven
     assert not replace(field, pull=np.nan).proven
     assert not replace(field, guide=Curve(turn * np.nan)).proven
