@@ -46,9 +46,9 @@ ROOMS = (
     "recordings.glove", "recordings.importers", "recordings.importers.ninapro",
     "recordings.points", "navigation", "learning", "learning.direction", "learning.guide",
     "learning.movement", "learning.pde", "learning.fit", "driving", "hand", "objects", "tasks",
-    "retargeting", "grasping", "grasping.planning", "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline",
-    "viewing", "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli",
-    "cli.recordings",
+    "retargeting", "grasping", "grasping.planning", "grasping.rollout", "grasping.judging",
+    "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures", "viewing.live",
+    "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip
 
 

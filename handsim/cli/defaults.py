@@ -13,7 +13,7 @@ from handsim.learning.demonstration import demonstrations_of
 from handsim.recordings.folder import read_recordings, stored_notes
 from handsim.recordings.plausibility import check_plausible, lines_of
 from handsim.recordings.recording import RecordingSet
-from handsim.types import MEDIAN_HAND, HandSize, Side
+from handsim.types import MEDIAN_HAND, Array, HandSize, Side
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -124,6 +124,18 @@ def planning_grasper(
     hint = shipped_plans(built_in.digest, conditions)
     mode = "replay" if replay else "plan"
     return ControllerGrasper(learned, mode, own, (hint,), shared, note)
+
+
+def planned_destinations(learned: GraspController, path: Path | None) -> Array | None:
+    """Return the destinations (m, n) [rad] of the plans stored for a controller, None if none."""
+    import numpy as np
+
+    from handsim.grasping.conditions import Conditions
+    from handsim.grasping.planning.plan_store import plan_store
+
+    plans = plan_store(plan_folder(path), learned.digest, Conditions()).read().values()
+    goals = [plan.z_goal for plan in plans if plan.z_goal is not None]
+    return np.array(goals) if goals else None
 
 
 def grasper_without(

@@ -85,19 +85,22 @@ def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:
 
     Exit code 1 where there is no proof.
     """
-    from handsim.cli.defaults import controller_or_built_in
+    from handsim.cli.defaults import controller_or_built_in, planned_destinations
     from handsim.learning import certification
 
     learned = controller_or_built_in(controller)
     with fraction_done("certifying") as progress:
-        result = certification.certify(learned, progress=progress).as_dict()
+        planned = planned_destinations(learned, controller)
+        result = certification.certify(learned, progress=progress, planned=planned).as_dict()
     if json:
         say_json(result)
     else:
         verdict = "certified" if result["certified"] else f"not certified: {result['reason']}"
         k_min = result["k_min"]
         say(f"{verdict}; k {result['k']:g}, least k {'none' if k_min is None else f'{k_min:.3g}'}")
-        say(f"{result['arrivals']} of {result['starts']} starts on a grid arrive")
+        says = {True: "proven", False: "not proven", None: "none"}
+        say("destinations: " + ", ".join(f"{k} {says[v]}" for k, v in result["covers"].items()))
+        say(f"{result['arrivals']} of {result['starts']} starts on a grid arrive by beta alone")
         for trap in result["other_minima"]:
             place = ", ".join(f"{angle:.0f}" for angle in trap["z_deg"])
             say(f"local minimum at ({place}) deg on the way to {trap['destination']}")

@@ -129,7 +129,8 @@ def _commands(learned: "GraspController", folder: Path | None) -> list[str]:
     learn = [
         *("learn", *data, "-o", "controller.npz", "--method", learned.method),
         *("--components", str(learned.navigation.n_dimensions), "--k", f"{learned.navigation.k:g}"),
-        *(["--certified"] if learned.certified else []),
+        *(["--free"] if learned.method == "direction" and not learned.certified else []),
+        *(["--field-only"] if learned.method == "direction" and learned.guide is None else []),
     ]
     steps = (
         learn,

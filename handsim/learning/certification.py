@@ -36,9 +36,16 @@ class Certification(Result):
     k_min
         Least exponent with which the proof succeeds, None if none.
     certified
-        Whether it succeeds with ``k``.
+        Whether every start is proven to reach every recorded destination by what the controller
+        follows: with a guide the field of each query, else the flow of beta.
+    guided
+        Whether the controller leads along a guide.
+    covers
+        ``recorded``, ``planned`` and ``inner``: whether the proof holds for the recorded
+        destinations, for the planned ones (None if there are none), and for all in the workspace
+        off its closing layer.
     reason
-        Empty if it does, else why not.
+        What the proof of beta's flow says.
     supremum
         Proven bound of the descent quantity, None where there is none.
     n_minima, n_saddles, n_maxima
@@ -54,6 +61,8 @@ class Certification(Result):
     k: float
     k_min: float | None
     certified: bool
+    guided: bool
+    covers: dict[str, bool | None]
     reason: str
     supremum: float | None
     n_minima: int
@@ -65,10 +74,34 @@ class Certification(Result):
     lost_starts: tuple[dict[str, Any], ...]
 
 
+def covered(controller: GraspController, goals: Array | None) -> bool | None:
+    """Whether every start is proven to reach all destinations (m, n) [rad]; None for None.
+
+    With a guide, the field of a query from the mean recorded start is built for each and its proof
+    is checked; else the proof is that of beta's flow, for the smallest box around them.
+    """
+    if goals is None or not len(goals):
+        return None
+    if controller.guide is None:
+        return certificate.certify(controller.navigation, goals).certified
+    low, high = controller.reach
+    start = np.mean([d.z_start for d in controller.demonstrations], axis=0)
+    inside = bool(((goals > low) & (goals < high)).all())
+    return inside and all(_proven(controller, start, goal) for goal in goals)
+
+
+def _proven(controller: GraspController, start: Array, goal: Array) -> bool:
+    field = controller.field(start, goal)
+    return field is not None and field.proven
+
+
 def certify(
-    controller: GraspController, per_dimension: int = 5, progress: Progress | None = None
+    controller: GraspController,
+    per_dimension: int = 5,
+    progress: Progress | None = None,
+    planned: Array | None = None,
 ) -> Certification:
-    """Certify a controller; where that fails, look for what traps it.
+    """Certify a controller; where the flow of beta is not proven, look for what traps it.
 
     Parameters
     ----------
@@ -77,10 +110,17 @@ def certify(
         Starts along each dimension of the grid.
     progress
         Called with the fraction done.
+    planned : (m, n) [rad]
+        Destinations of plans.
     """
     navigation = controller.navigation
     goals = np.array([d.z_goal for d in controller.demonstrations])
     proof = certificate.certify(navigation, goals)
+    covers = {
+        "recorded": covered(controller, goals),
+        "planned": covered(controller, planned),
+        "inner": covered(controller, _corners(*navigation.inner)),
+    }
     starts = grid(navigation, per_dimension)
     counts = {"minimum": 0, "saddle": 0, "maximum": 0, "degenerate": 0}
     traps: list[dict[str, Any]] = []
@@ -103,7 +143,9 @@ def certify(
     return Certification(
         k=navigation.k,
         k_min=proof.k_min,
-        certified=proof.certified,
+        certified=bool(covers["recorded"]),
+        guided=controller.guide is not None,
+        covers=covers,
         reason=proof.reason,
         supremum=None if proof.supremum is None else proof.supremum.outward,
         n_minima=counts["minimum"],
@@ -114,6 +156,13 @@ def certify(
         arrivals=n_runs - len(lost_starts),
         lost_starts=tuple(lost_starts[:_MAX_LISTED]),
     )
+
+
+def _corners(low: Array, high: Array) -> Array:
+    """Return the corners (2**n, n) of a box, a hair inside: on its faces no destination lies."""
+    inset = 1e-6 * (high - low)
+    ends = [(float(a), float(b)) for a, b in zip(low + inset, high - inset, strict=True)]
+    return np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, len(ends))
 
 
 def _place(name: str, z: Array) -> dict[str, Any]:

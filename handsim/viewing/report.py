@@ -111,7 +111,8 @@ def _lead(controller: GraspController, recordings: RecordingSet) -> str:
     synthetic = all(recording.subject == SYNTHETIC for recording in recordings)
     return (
         f"Learned from {_count(len(controller.demonstrations), 'recording')} by method "
-        f"{controller.method}{', certified' if controller.certified else ''}; "
+        f"{controller.method}{', guided' if controller.guide else ''}"
+        f"{', certified' if controller.certified else ''}; "
         f"{_count(len(subspace.components_), 'component')}, "
         f"k = {controller.navigation.k:g}. Compared with {_count(len(recordings), 'recording')}"
         f"{', all synthetic' if synthetic else ''}."
@@ -179,18 +180,24 @@ def _learning(controller: GraspController, folder: Path) -> str:
 
 def _certificate(proof: dict[str, Any]) -> str:
     verdict = (
-        "Convergence is proved: from everywhere in the workspace the flow leads to every "
-        "recorded destination."
+        "Convergence is proved: from everywhere in the workspace the controller's flow leads to "
+        "every recorded destination."
         if proof["certified"]
         else "The sufficient condition for convergence everywhere does not hold; that proves "
         "nothing against it. What follows was searched, not proved."
     )
     k_min = proof["k_min"]
+    said = {True: "proved", False: "not proved", None: "none"}
+    covers = ", ".join(f"{name} {said[value]}" for name, value in proof["covers"].items())
     rows = [
-        ("condition", proof["reason"]),
+        ("destinations", covers),
+        ("condition for the flow of beta alone", proof["reason"]),
         ("exponent k", f"{proof['k']:g}"),
         ("least k with a proof", "none" if k_min is None else f"{k_min:.3f}"),
-        ("starts on a grid that arrive", f"{proof['arrivals']} of {proof['starts']}"),
+        (
+            "starts on a grid that arrive by the flow of beta alone",
+            f"{proof['arrivals']} of {proof['starts']}",
+        ),
         ("minima other than the destinations", len(proof["other_minima"])),
         ("saddles", proof["n_saddles"]),
         ("maxima", proof["n_maxima"]),

@@ -36,6 +36,8 @@ class RunVerdict:
     six_axis, hard
         By the six-axis test, with its own contact settings and with those of MuJoCo; None where
         the protocol is another.
+    certified
+        Whether every start is proven to reach the destination in the subspace; None for a script.
     """
 
     conditions: Conditions
@@ -43,6 +45,7 @@ class RunVerdict:
     epsilon: float
     six_axis: SixAxisOutcome | None = None
     hard: SixAxisOutcome | None = None
+    certified: bool | None = None
 
     @property
     def success(self) -> bool:
@@ -61,6 +64,7 @@ class RunVerdict:
             "nominal": self.conditions.nominal,
             **asdict(self.outcome),
             "epsilon": self.epsilon,
+            "certified": self.certified,
         }
         if self.six_axis is None or self.hard is None:
             return said
@@ -124,7 +128,8 @@ def judge_run(
     six, hard = None, None
     if protocol == "six-axis":
         six, hard = six_axis(run), six_axis(run, hard=True)
-    return RunVerdict(run.conditions, run.outcome, grasp_quality(run), six, hard), run
+    proven = grasp.proven.get(task.name) if isinstance(grasp, ControllerGrasper) else None
+    return RunVerdict(run.conditions, run.outcome, grasp_quality(run), six, hard, proven), run
 
 
 def judge_runs(

@@ -15,6 +15,7 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
+from handsim.learning.certification import covered
 from handsim.learning.controller import GraspController
 from handsim.recordings.recording import RecordingSet
 from handsim.tasks.task import Task
@@ -100,6 +101,8 @@ class ControllerGrasper:
         could not be stored.
     made
         Plans made by this grasper, by task. They are used even where the store cannot be written.
+    proven
+        Whether every start is proven to reach the destination of the latest run of each task.
     """
 
     controller: GraspController
@@ -111,11 +114,18 @@ class ControllerGrasper:
     made: dict[str, StoredPlan] = field(
         default_factory=dict[str, StoredPlan], repr=False, compare=False
     )
+    proven: dict[str, bool | None] = field(
+        default_factory=dict[str, bool | None], repr=False, compare=False
+    )
 
     def __call__(self, task: Task, conditions: Conditions) -> Rollout:
         """Grasp ``task``; a plan that is missing is made first, for nominal conditions."""
         scene = Scene.build(task, conditions)
         plan = self.plan_for(task, scene)
+        goal = plan.z_goal
+        if goal is None:
+            goal = self.controller.subspace.transform(plan.q_goal)
+        self.proven[task.name] = covered(self.controller, goal[None])
         return run_plan(self.controller, scene, plan)
 
     def plan_for(self, task: Task, scene: Scene) -> GraspPlan:
