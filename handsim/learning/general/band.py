@@ -34,7 +34,7 @@ class BandMatrix:
         self.rows += counts.reshape(self.rows.shape)
 
     def add_differences(self, shape: tuple[int, ...], stencil: Array, weight: float) -> None:
-        """Add weight * sum of squares of a stencil's products with coefficients, along each axis."""
+        """Add weight times the squares of a stencil applied to coefficients along each axis."""
         number = np.arange(self.size).reshape(shape)
         for axis in range(len(shape)):
             along = np.moveaxis(number, axis, 0)
@@ -101,9 +101,7 @@ def fitted_coefficients(
         i = np.broadcast_to(where[:, None], shape)
         j = np.broadcast_to(where[None], shape)
         matrix.add(i, j, weighted[:, None] * functions[None])
-        right += np.bincount(
-            where.ravel(), (weighted * values[part]).ravel(), minlength=len(right)
-        )
+        right += np.bincount(where.ravel(), (weighted * values[part]).ravel(), minlength=len(right))
     matrix.add_differences(basis.shape, np.array([1.0, -2.0, 1.0]), bend)
     matrix.add_differences(basis.shape, np.array([-1.0, 1.0]), slope)
     matrix.rows[:, width] += 1e-10

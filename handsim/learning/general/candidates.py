@@ -1,8 +1,9 @@
 """Fields that are tried for the same paths, and the choice among them.
 
-No setting is best for all data: where branches of a path run side by side a canyon has to be narrow,
-where paths begin far apart it has to be wide. A linear solve takes a tenth of a second. So several
-are made, the most promising are refined, and the best that is proved for its destinations is kept.
+No setting is best for all data: where branches of a path run side by side a canyon has to be
+narrow, where paths begin far apart it has to be wide. A linear solve takes a tenth of a second. So
+several are made, the most promising is refined, and the best that is proved for its destinations is
+kept.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +18,7 @@ from handsim.learning.general.band import fitted_coefficients
 from handsim.learning.general.field import Tried, refined, tried
 from handsim.learning.general.potential import Remaining, Wishes, canyon, cost_to_go
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
+from handsim.navigation.flow import STEP
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.workspace import lay_basis
@@ -26,9 +28,10 @@ _DEGREE = 3
 _CELLS = {1: 30, 2: 22, 3: 6}  # along the longest side of the paths' box
 MOST_DIMENSIONS = max(_CELLS)
 """Of potentials; in more the bands of `band` are too wide."""
-_N_REFINED = 3
-_SHRUNK = (0.97, 0.9, 0.8, 0.65, 0.5, 0.35)  # factors of chi tried where a field is not proved
-_N_SHRUNK = 3
+_N_REFINED = 1
+_SHRUNK = (0.97, 0.9, 0.75, 0.5)  # factors of chi tried where a field is not proved
+_N_SHRUNK = 2
+_N_COMPARED = 2  # proved fields that are followed in short steps
 _Proof = Callable[[NavigationFunction], bool]
 
 
@@ -42,9 +45,11 @@ class _Canyon(NamedTuple):
 
 
 _CANYONS = (
+    _Canyon(0.015, 0.2, 3e-6, 2.0),
     _Canyon(0.02, 0.3, 1e-5, 1.2),
+    _Canyon(0.02, 0.5, 3e-5, 2.0),
     _Canyon(0.028, 0.3, 3e-5, 2.0),
-    _Canyon(0.04, 0.3, 1e-5, 1.2),
+    _Canyon(0.03, 0.3, 3e-5, 1.2),
     _Canyon(0.04, 0.3, 1e-4, 2.0),
 )
 _LEAVING = (6.0, 12.0, 20.0)  # of `cost_to_go`
@@ -60,9 +65,11 @@ def towards_one(
     if n <= MOST_DIMENSIONS:
         drafts = list(_drafts(paths, k, seed))
         yield drafts
-    best = sorted(drafts, key=lambda each: each.merit, reverse=True)[:_N_REFINED]
-    for draft in [*best, straight(paths, k)]:
-        yield [draft, *refined(draft, paths, n_rounds)]
+    best = sorted(drafts, key=_merit, reverse=True)[:_N_REFINED]
+    for draft in best:
+        yield refined(draft, paths, n_rounds)
+    level = straight(paths, k)
+    yield [level, *refined(level, paths, n_rounds)]
 
 
 def towards_many(paths: Sequence[Array], k: float, seed: int) -> Iterator[list[Tried]]:
@@ -79,28 +86,33 @@ def straight(paths: Sequence[Array], k: float) -> Tried:
     return _field(paths, basis, width, np.zeros(basis.n_coefficients), k, "straight lines")
 
 
-def best_proved(
-    fields: Sequence[Tried], paths: Sequence[Array], is_proved: _Proof
-) -> Tried | None:
+def best_proved(fields: Sequence[Tried], paths: Sequence[Array], is_proved: _Proof) -> Tried | None:
     """Return the best field that is proved, shrunk if that is better than any as it is.
 
-    chi times a small enough factor meets the descent condition.
+    chi times a small enough factor meets the descent condition. Fields are ranked by roll-outs in
+    long steps, and those that come to be chosen from are followed again in short ones.
     """
-    proved, failed = None, list[Tried]()
-    for each in sorted(fields, key=lambda each: each.merit, reverse=True):
+    proved, failed = list[Tried](), list[Tried]()
+    for each in sorted(fields, key=_merit, reverse=True):
         if is_proved(each.navigation):
-            proved = each
+            proved.append(tried(each.navigation, paths, each.origin, STEP))
+        else:
+            failed.append(each)
+        if len(proved) == _N_COMPARED:
             break
-        failed.append(each)
     for each in failed[:_N_SHRUNK]:
         for factor in _SHRUNK:
             less = tried(_times(each.navigation, factor), paths, f"{each.origin}, x {factor:g}")
-            if proved and less.merit <= proved.merit:
+            if any(less.merit <= other.merit for other in proved):
                 break
             if is_proved(less.navigation):
-                proved = less
+                proved.append(tried(less.navigation, paths, less.origin, STEP))
                 break
-    return proved
+    return max(proved, key=_merit, default=None)
+
+
+def _merit(field: Tried) -> tuple[int, float]:
+    return field.merit
 
 
 def _drafts(paths: Sequence[Array], k: float, seed: int) -> Iterator[Tried]:

@@ -1,7 +1,7 @@
 """A field to one or more destinations while it is learned: coefficients, roll-outs, refinement.
 
-The refinement rolls the field out from the recorded starts and fits the directions at the points met
-to ones that lead back to the recordings a little ahead, as the direction learner does. But it
+The refinement rolls the field out from the recorded starts and fits the directions at the points
+met to ones that lead back to the recordings a little ahead, as the direction learner does. But it
 departs from given coefficients as little as that needs: what these have between the paths stays.
 """
 
@@ -22,7 +22,7 @@ from handsim.navigation.paths import arc_length, at_arc_length, path_error
 from handsim.reproducible import dot, dots, mean, norms, units
 from handsim.types import Array
 
-_STEP = np.deg2rad(2.0)
+_LONG_STEP = np.deg2rad(2.0)
 _N_PER_PATH = 40  # samples of each path and of each roll-out
 _LAST_FRACTION = 0.97  # of the arc length: beyond, the direction to the destination is noise
 _AHEAD, _LEAST_AHEAD = 0.07, 0.02  # of the path: where points of a roll-out are led, round by round
@@ -60,11 +60,13 @@ class Tried:
         return self.n_arrived, -self.error
 
 
-def tried(navigation: NavigationFunction, paths: Sequence[Array], origin: str) -> Tried:
-    """Roll a navigation function out along paths."""
+def tried(
+    navigation: NavigationFunction, paths: Sequence[Array], origin: str, step: float = _LONG_STEP
+) -> Tried:
+    """Roll a navigation function out along paths, in steps of some length [rad]."""
     starts = np.array([path[0] for path in paths])
     goals = np.array([path[-1] for path in paths])
-    rollouts = follow(navigation.directions, starts, goals, _STEP)
+    rollouts = follow(navigation.directions, starts, goals, step)
     errors = [path_error(r.points, p) for r, p in zip(rollouts, paths, strict=True)]
     n_arrived = sum(rollout.arrived for rollout in rollouts)
     return Tried(navigation, tuple(rollouts), float(mean(np.array(errors))), n_arrived, origin)
@@ -83,11 +85,8 @@ def refined(begun: Tried, paths: Sequence[Array], n_rounds: int) -> list[Tried]:
         ahead = max(_NEARER * ahead, _LEAST_AHEAD)
         c = _turned(basis, obstacle, begun.navigation.k, samples, first, c)
         made = ExponentialObstacle(TensorBSpline(basis, c), obstacle.width)
-        latest = tried(
-            NavigationFunction(made, begun.navigation.k),
-            paths,
-            f"{begun.origin}, refined {i + 1} x",
-        )
+        navigation = NavigationFunction(made, begun.navigation.k)
+        latest = tried(navigation, paths, f"{begun.origin}, refined {i + 1} x")
         result.append(latest)
     return result
 
@@ -104,9 +103,7 @@ def _on_paths(paths: Sequence[Array]) -> FieldSamples:
     return FieldSamples.together(parts)
 
 
-def _led_back(
-    rollouts: Sequence[FlowPath], paths: Sequence[Array], ahead: float
-) -> FieldSamples:
+def _led_back(rollouts: Sequence[FlowPath], paths: Sequence[Array], ahead: float) -> FieldSamples:
     """Return points of roll-outs with vectors towards the paths a fraction ahead."""
     fractions = np.linspace(0.0, _LAST_FRACTION, _N_PER_PATH)
     parts: list[FieldSamples] = []

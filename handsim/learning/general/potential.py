@@ -6,13 +6,13 @@ one destination agree wherever they are as far from it, and a spline through
 
     chi = 2 ln |z - z_goal| - 2 ln l
 
-is found by one linear solve. Beside the paths psi falls, so that they attract. How far and what lies
-beyond are told apart by two kinds of wishes:
+is found by one linear solve. Beside the paths psi falls, so that they attract. There are two kinds
+of wishes for what lies there and beyond:
 
 - a *canyon*: values on the paths and at displaced points near them, on which psi is lower. Nothing
   is asked elsewhere; the membrane of `band` spreads chi there without bumps of its own.
-- the *cost to go*: everywhere psi = -2 ln min_j (l_j + c d_j), with d_j the distance to point j of a
-  path. Leaving a path costs c times as much as going along it, so that no path is cut short as
+- the *cost to go*: everywhere psi = -2 ln min_j (l_j + c d_j), with d_j the distance to point j of
+  a path. Leaving a path costs c times as much as going along it, so that no path is cut short as
   long as c is greater than the ratio of a detour and its shortcut. It has no minimum of its own.
 """
 
@@ -130,9 +130,7 @@ def canyon(remaining: Remaining, width: float, depth: float, rng: np.random.Gene
             points.append(z[own])
             lefts.append(all_left[nearest][own])
             lowers.append(depth * aside * aside)
-    return remaining.wished(
-        np.vstack(points), np.concatenate(lefts), np.concatenate(lowers), 1.0
-    )
+    return remaining.wished(np.vstack(points), np.concatenate(lefts), np.concatenate(lowers), 1.0)
 
 
 def cost_to_go(remaining: Remaining, basis: TensorBasis, leaving: float) -> list[Wishes]:

@@ -8,10 +8,10 @@ inside arrives. With v = gamma_d grad chi - 2 M (z - z_goal), the flow points al
     w = v + gamma_d / k grad ln beta_0,
 
 and its last term is, for each face whose closing layer z is in, a positive multiple of the face's
-inward normal. w is shown to have no zero but z_goal, on each cell by the first that holds of
+inward normal. w is shown to have no zero but z_goal, on each cell by the first of these that holds:
 
-1. *descent*: X . grad chi < 2 with X = z - z_goal. Then X . w = gamma_d (X . grad chi - 2) + ... < 0,
-   since X . 2 M X = 2 gamma_d, and X points outwards in the closing layer, where z_goal is not.
+1. *descent*: X . grad chi < 2 with X = z - z_goal. Then X . w < 0, since X . v is
+   gamma_d (X . grad chi - 2), and X points outwards in the closing layer, where z_goal is not.
 2. *turned descent*, outside the closing layer: the same with X = (I + M^-1 J)(z - z_goal), J skew.
    X . grad ln gamma_d = 2 holds for this X too, as e' J e = 0. J may be another one on each cell,
    since each point needs only one X, and nothing has to fall along paths.
@@ -19,27 +19,27 @@ inward normal. w is shown to have no zero but z_goal, on each cell by the first 
    whose closing layer meets it. Then d . w > 0.
 
 All are statements about polynomials on the cell, proved by their Bernstein coefficients. A cell on
-which none holds is halved. Wherever w is not zero, 3. holds on small enough cells, and near z_goal 1.
-does: the attempt ends but for w = 0 other than at z_goal, or next to it.
+which none holds is halved. Wherever w is not zero, 3. holds on small enough cells, and near z_goal
+1. does. (In the closing layer the factor of the normal is taken to be any positive number.)
 
-Where such points remain, they may be ones that hold no path:
+Where zeros of w remain, they may be ones that hold no path:
 
-4. *instability*: a fixed e, normal to the faces' normals, with e' Dv e > 0 on the cell. At a zero of
-   w, Dw is gamma_d times the Hessian of ln beta / k - ln gamma_d, of which phi is a falling
+4. *instability*: a fixed e, normal to the faces' normals, with e' Dv e > 0 on the cell. At a zero
+   of w, Dw is gamma_d times the Hessian of ln beta / k - ln gamma_d, of which phi is a falling
    function. So the Hessian of phi has a negative eigenvalue there: a saddle or a maximum.
 
-What follows. phi is C^2 inside, equal to 1 on the boundary and less inside. A start z_0 inside stays
-in {phi <= phi(z_0)}, a compact set inside, on which phi falls strictly but at critical points. By
-LaSalle's principle it tends to the set of these. If z_goal is the only one, **every** start arrives.
-If the others are all unstable, **almost every** one does: phi is definable in an o-minimal structure
-(its pieces are made of polynomials, exp and ln), so that its gradient flow converges to a single
-point (Kurdyka 1998, Ann. Inst. Fourier 48(3):769-783), and the starts that converge to a point with
-a negative eigenvalue lie in countably many centre-stable manifolds of lower dimension: they have
-measure zero. This is what Koditschek and Rimon (1990) call a navigation function, but that the
-others need not be non-degenerate.
+What follows. phi is C^2 inside, 1 on the boundary and less inside. A start z_0 inside stays in
+{phi <= phi(z_0)}, a compact set inside, on which phi falls strictly but at critical points. By
+LaSalle's principle it tends to the set of these. If z_goal is the only one, **every** start
+arrives. If the others are all unstable, **almost every** one does. For phi is definable in an
+o-minimal structure (its pieces are made of polynomials, exp and ln), so that each solution tends to
+a single point (Kurdyka 1998, Ann. Inst. Fourier 48(3):769-783). And the starts that tend to points
+with a negative eigenvalue lie in countably many centre-stable manifolds of lower dimension and
+their preimages under the flow, which have measure zero. This is what Koditschek and Rimon (1990)
+ask of a navigation function, but that they want the other critical points non-degenerate.
 
-For a box of destinations 1. is affine in z_goal, hence worst at a corner of the box. So is 2., and 3.
-is bounded by corners (`_Problem.fields`), if the metric is the same for all of them, as the
+For a box of destinations 1. is affine in z_goal, hence worst at a corner of the box. So is 2., and
+3. is bounded by corners (`_Problem.fields`), if the metric is the same for all of them, as the
 Euclidean is. With a metric of destinations 1. alone is tried on boxes; 4. never is.
 """
 
@@ -56,9 +56,10 @@ from handsim.navigation.proof.separation import separable, steepest
 from handsim.reproducible import mean, total
 from handsim.types import Array, Mask
 
-_MOST_NUMBERS = 6_000_000
-"""Coefficients computed in one attempt, about a second's worth; beyond, it is given up."""
-_MOST_HALVINGS = 14
+_MOST_NUMBERS = 3_000_000
+"""Coefficients computed in one attempt, about half a second's worth; beyond, it is given up."""
+_MOST_HALVINGS = 12
+_CROWDED_FROM = 4  # halvings, after which more cells than at first are not worth halving again
 _UNSTABLE_FROM = 3  # halvings, before that cells are too large for one direction
 _MARGIN = 1e-9  # kept from the limit 2, and relative around the closing layer
 _TURNS = (0.5, -0.5, 1.0, -1.0, 2.0, -2.0)  # entries of J tried, in each plane of coordinates
@@ -104,36 +105,47 @@ def certify_destination(
     """
     low = np.array(low, dtype=float)
     high = low if high is None else np.array(high, dtype=float)
-    obstacle = navigation.obstacle
+    obstacle, metric = navigation.obstacle, navigation.metrics(low)
     if not isinstance(obstacle, ExponentialObstacle):
         return _nothing(low, "no proof is known for this kind of obstacle")
-    metric = navigation.metrics(low)
-    held = (low, high, obstacle.chi.coefficients, obstacle.width, metric, np.array(navigation.k))
-    if not all(np.isfinite(each).all() for each in held):
-        return _nothing(low, "a coefficient or a destination is not finite")
-    if not (low <= high).all():
-        return _nothing(low, "the box of destinations is empty")
-    inner = (low >= obstacle.lower + obstacle.width) & (high <= obstacle.upper - obstacle.width)
-    if not inner.all() or not (obstacle.width > 0.0).all():
-        return _nothing(low, "a destination lies in the closing layer")
-    if not _is_positive_definite(metric):
-        return _nothing(low, "the metric is not positive definite")
-    smoothness = _smoothness(obstacle)
-    if smoothness < 1:
-        return _nothing(low, "chi has kinks")
+    hindrance = _hindrance(navigation, obstacle, low, high, metric)
+    if hindrance:
+        return _nothing(low, hindrance)
     same = navigation.metric is None or bool((low == high).all())
     with np.errstate(all="ignore"):  # what overflows is not decided
-        return _attempt(_Problem(obstacle, low, high, metric, same), smoothness >= 2)
+        return _attempt(_Problem(obstacle, low, high, metric, same), _smoothness(obstacle) >= 2)
+
+
+def _hindrance(
+    navigation: NavigationFunction,
+    obstacle: ExponentialObstacle,
+    low: Array,
+    high: Array,
+    metric: Array,
+) -> str:
+    """Why nothing can be proved, or nothing at all."""
+    held = (low, high, obstacle.chi.coefficients, obstacle.width, metric, np.array(navigation.k))
+    inner = (low >= obstacle.lower + obstacle.width) & (high <= obstacle.upper - obstacle.width)
+    checks = (
+        (all(np.isfinite(each).all() for each in held), "a coefficient or a goal is not finite"),
+        (bool((low <= high).all()), "the box of destinations is empty"),
+        (bool((inner & (obstacle.width > 0.0)).all()), "a destination lies in the closing layer"),
+        (_is_positive_definite(metric), "the metric is not positive definite"),
+        (_smoothness(obstacle) >= 1, "chi has kinks"),
+    )
+    return next((what for fine, what in checks if not fine), "")
 
 
 def _attempt(problem: "_Problem", twice: bool) -> DestinationProof:
     """Halve cells until each is decided or the budget is spent."""
     cells = Cells.of(problem.obstacle.chi)
-    n_cells, n_numbers, everywhere = 0, 0, True
+    n_first, n_cells, n_numbers, everywhere = len(cells.origin), 0, 0, True
     for halvings in range(_MOST_HALVINGS + 1):
         n_cells += len(cells.origin)
         n_numbers += len(cells.origin) * problem.n_numbers
         if halvings and n_numbers > _MOST_NUMBERS:
+            break
+        if halvings > _CROWDED_FROM and len(cells.origin) > n_first:
             break
         cells = cells.take(~problem.without_zero(cells))
         if len(cells.origin) and twice and problem.is_single and halvings >= _UNSTABLE_FROM:
@@ -201,9 +213,9 @@ class _Problem:
 
             d . v(z_goal) = d . grad chi |z - z_goal|^2 - 2 d . (z - z_goal).
 
-        |z - z_goal|^2 = |z - c|^2 - 2 (z - c) . (z_goal - c) + |z_goal - c|^2 is affine in z_goal but
-        for the last term, from 0 to r^2. Affine parts are least at corners; the last term does its
-        worst as 0 where d . grad chi > 0 and as r^2 elsewhere. At corners it is r^2.
+        |z - z_goal|^2 = |z - c|^2 - 2 (z - c) . (z_goal - c) + |z_goal - c|^2 is affine in z_goal
+        but for the last term, from 0 to r^2. Affine parts are least at corners; the last term does
+        its worst as 0 where d . grad chi > 0 and as r^2 elsewhere. At corners it is r^2.
         """
         n = len(self.low)
         result: list[Array] = []
