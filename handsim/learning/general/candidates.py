@@ -27,7 +27,7 @@ from handsim.types import Array
 _DEGREE = 3
 _CELLS = {1: 30, 2: 22, 3: 6}  # along the longest side of the paths' box
 MOST_DIMENSIONS = max(_CELLS)
-"""Of potentials; in more the bands of `band` are too wide."""
+"""In more the bands of `band` are too wide, and directions are fitted instead."""
 _N_REFINED = 1
 _SHRUNK = (0.97, 0.9, 0.75, 0.5)  # factors of chi tried where a field is not proved
 _N_SHRUNK = 2
@@ -53,6 +53,9 @@ _CANYONS = (
     _Canyon(0.04, 0.3, 1e-4, 2.0),
 )
 _LEAVING = (6.0, 12.0, 20.0)  # of `cost_to_go`
+_IN_SPACE = slice(
+    1, None, 2
+)  # of those for paths in three dimensions, where a solve takes a second
 _BEND = 1e-7
 
 
@@ -60,11 +63,8 @@ def towards_one(
     paths: Sequence[Array], k: float, n_rounds: int, seed: int
 ) -> Iterator[list[Tried]]:
     """Yield fields to the one destination of all paths: first drafts, then refined ones."""
-    drafts: list[Tried] = []
-    n = paths[0].shape[1]
-    if n <= MOST_DIMENSIONS:
-        drafts = list(_drafts(paths, k, seed))
-        yield drafts
+    drafts = list(_drafts(paths, k, seed))
+    yield drafts
     best = sorted(drafts, key=_merit, reverse=True)[:_N_REFINED]
     for draft in best:
         yield refined(draft, paths, n_rounds)
@@ -118,14 +118,15 @@ def _merit(field: Tried) -> tuple[int, float]:
 def _drafts(paths: Sequence[Array], k: float, seed: int) -> Iterator[Tried]:
     """Yield what linear solves give."""
     remaining, rng = Remaining(paths), np.random.default_rng(seed)
-    for setting in _CANYONS:
+    few = _IN_SPACE if paths[0].shape[1] > 2 else slice(None)
+    for setting in _CANYONS[few]:
         basis, width = _laid(paths, setting.reach)
         wishes = canyon(remaining, setting.width, setting.depth, rng)
         c = _solved(basis, [wishes], setting.slope)
         name = f"canyon {setting.width:g} wide"
         yield _field(paths, basis, width, c, k, name)
     basis, width = _laid(paths, 1.2)
-    for leaving in _LEAVING:
+    for leaving in _LEAVING[few]:
         c = _solved(basis, cost_to_go(remaining, basis, leaving), 0.0)
         yield _field(paths, basis, width, c, k, f"cost to go, {leaving:g} x aside")
 
@@ -149,7 +150,7 @@ def _laid(paths: Sequence[Array], reach: float) -> tuple[TensorBasis, Array]:
     points = np.vstack(paths)
     extent = points.max(axis=0) - points.min(axis=0)
     n = len(extent)
-    if n > MOST_DIMENSIONS:
+    if n > MOST_DIMENSIONS:  # for straight lines only
         return lay_basis(list(paths), reach=reach)
     cell = extent.max() / _CELLS[n]
     beyond = _DEGREE + ceil(2 * reach)

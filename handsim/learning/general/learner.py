@@ -11,7 +11,13 @@ import numpy.typing as npt
 from handsim.errors import InputError
 from handsim.learning.base import Estimator, check_paths
 from handsim.learning.fit.level import levelled
-from handsim.learning.general.candidates import best_proved, straight, towards_many, towards_one
+from handsim.learning.general.candidates import (
+    MOST_DIMENSIONS,
+    best_proved,
+    straight,
+    towards_many,
+    towards_one,
+)
 from handsim.learning.general.convergence import Convergence, convergence
 from handsim.learning.general.field import Tried
 from handsim.navigation.bspline import MAX_DIMENSIONS
@@ -165,7 +171,7 @@ class NavigationLearner(Estimator):
 
     def _learned(self, paths: list[Array], goals: Array, progress: Progress | None) -> Tried:
         """Make fields and choose among them."""
-        if len(goals) == 1:
+        if len(goals) == 1 and goals.shape[1] <= MOST_DIMENSIONS:
             used = paths[:: -(-len(paths) // _MOST_TO_ONE)]
             batches = towards_one(used, self.k, self.n_refinements, self.seed)
         else:

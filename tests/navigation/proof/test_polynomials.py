@@ -98,3 +98,12 @@ def test_steepest_directions_are_eigenvectors() -> None:
     np.testing.assert_allclose(np.linalg.norm(e, axis=1), 1.0)
     bend = np.einsum("ni,nij,nj->n", e, matrices, e)
     np.testing.assert_allclose(bend[apart], values[apart, 2], rtol=1e-2, atol=1e-2)
+
+
+def test_directions_are_turned_towards_the_vector_served_worst() -> None:
+    """Nineteen agree and outvote one that the mean does not serve."""
+    vectors = np.tile([[1.0], [0.05]], (1, 1, 20))
+    vectors[0, :, 7] = [-0.9, 0.4]
+    free, none = np.full((1, 2), -np.inf), np.full((1, 2), np.inf)
+    assert vectors[0].mean(axis=1) @ vectors[0, :, 7] < 0
+    assert separable(vectors, free, none, np.zeros(1))
