@@ -97,8 +97,9 @@ OURS = (
     "learning/fit/smoothness", "learning/direction/averaging", "learning/direction/descent",
     "learning/direction/learner", "learning/direction/metric_model", "learning/direction/samples",
     "learning/fit/level", "learning/general/band", "learning/general/candidates",
-    "learning/general/field", "learning/general/potential", "navigation/proof/destination",
-    "navigation/proof/polynomials", "navigation/proof/separation", "learning/pde/learner", "learning/pde/problem", "reproducible",
+    "learning/general/refinement", "learning/general/potential", "navigation/proof/destination",
+    "navigation/proof/polynomials", "navigation/proof/separation",
+    "learning/pde/learner", "learning/pde/problem", "reproducible",
 )  # fmt: skip
 """Modules that a fit goes through."""
 ELSEWHERE = {"linalg", "einsum", "dot", "matmul", "tensordot", "inner", "vdot", "exp", "log",

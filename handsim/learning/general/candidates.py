@@ -15,8 +15,8 @@ import numpy as np
 
 from handsim.learning.direction.learner import DirectionLearner
 from handsim.learning.general.band import fitted_coefficients
-from handsim.learning.general.field import Tried, refined, tried
 from handsim.learning.general.potential import Remaining, Wishes, canyon, cost_to_go
+from handsim.learning.general.refinement import Tried, refined, tried
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.flow import STEP
 from handsim.navigation.function import NavigationFunction

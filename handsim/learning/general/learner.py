@@ -1,7 +1,7 @@
 """Navigation functions of any data: lists of paths of 1 to 5 dimensions, in any unit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
 from typing import Self
 
@@ -19,46 +19,19 @@ from handsim.learning.general.candidates import (
     towards_one,
 )
 from handsim.learning.general.convergence import Convergence, convergence
-from handsim.learning.general.field import Tried
+from handsim.learning.general.evaluation import NavigationScores, scored
+from handsim.learning.general.refinement import Tried
 from handsim.navigation.bspline import MAX_DIMENSIONS
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.function import NavigationFunction, check_exponent
 from handsim.navigation.obstacle import ExponentialObstacle
-from handsim.navigation.paths import arc_length, between_ends, path_error
-from handsim.result import Result
+from handsim.navigation.paths import arc_length, between_ends
 from handsim.types import Array, Progress
 
 _MEAN_LENGTH = 2.5
 """To which the mean length of the paths is scaled [rad]; an arrival, 4 deg, is 2.8 % of it."""
 _SAME_GOAL = 1e-6  # of the mean length: ends nearer than this are one destination
 _MOST_TO_ONE = 100  # paths that a field to one destination is made of; of more, every few
-
-
-@dataclass(frozen=True)
-class NavigationScores(Result):
-    """How close the paths of a field come to given ones.
-
-    Attributes
-    ----------
-    ratio
-        Mean path error over mean straight error; None where the latter is 0.
-    n_arrived, n_paths
-    certified
-        Whether all destinations of the field are proved.
-    path_error, straight_error
-        Means, in the unit of the paths: root-mean-square distance at equal fractions of arc length
-        of the field's path, and of the straight line from start to destination.
-    per_path
-        ``arrived, path_error, straight_error`` of each.
-    """
-
-    ratio: float | None
-    n_arrived: int
-    n_paths: int
-    certified: bool
-    path_error: float
-    straight_error: float
-    per_path: tuple[dict[str, float | bool], ...]
 
 
 class NavigationLearner(Estimator):
@@ -246,29 +219,8 @@ class NavigationLearner(Estimator):
             self._points(path)
         scaled = [self._scaled(path) for path in checked]
         one = self._scaled(self.goals_[0])
-        goals = [one if len(self.goals_) == 1 else path[-1] for path in scaled]
-        for goal in goals:
-            navigation.check_goal(goal)
-        starts = np.array([path[0] for path in scaled])
-        found = follow(navigation.directions, starts, np.array(goals))
-        errors = [path_error(f.points, p) / self.scale_ for f, p in zip(found, scaled, strict=True)]
-        lines = [
-            path_error(np.array([path[0], goal]), path) / self.scale_
-            for path, goal in zip(scaled, goals, strict=True)
-        ]
-        error, line = float(np.mean(errors)), float(np.mean(lines))
-        return NavigationScores(
-            ratio=error / line if line > 0.0 else None,
-            n_arrived=sum(each.arrived for each in found),
-            n_paths=len(found),
-            certified=self.certificate_.certified,
-            path_error=error,
-            straight_error=line,
-            per_path=tuple(
-                {"arrived": f.arrived, "path_error": e, "straight_error": s}
-                for f, e, s in zip(found, errors, lines, strict=True)
-            ),
-        )
+        goals = [one if len(self.goals_) == 1 else self._goal(path[-1]) for path in checked]
+        return scored(navigation, scaled, goals, self.scale_, self.certificate_.certified)
 
     def _scaled(self, z: Array) -> Array:
         return (z - self.centre_) * self.scale_
@@ -295,9 +247,18 @@ class NavigationLearner(Estimator):
                 )
             return self._scaled(self.goals_[0])
         goal = np.asarray(z_goal, dtype=float)
-        if goal.shape != self.centre_.shape:
-            raise InputError(f"destination of shape {goal.shape}; give {self.centre_.shape}")
-        return navigation.check_goal(self._scaled(goal))
+        if goal.shape != self.centre_.shape or not np.isfinite(goal).all():
+            raise InputError(
+                f"destination of shape {goal.shape}; give finite numbers, {self.centre_.shape}"
+            )
+        low, high = (self._unscaled(corner) for corner in navigation.inner)
+        if not ((goal > low) & (goal < high)).all():
+            i = int(np.argmin(np.minimum(goal - low, high - goal)))
+            raise InputError(
+                f"destination {goal[i]:g} along dimension {i + 1} is outside the workspace of "
+                f"{low[i]:g} to {high[i]:g}; choose one nearer to the paths"
+            )
+        return self._scaled(goal)
 
 
 def _checked(paths: Sequence[Array], goals: npt.ArrayLike | None) -> list[Array]:

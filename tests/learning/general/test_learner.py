@@ -11,9 +11,9 @@ import handsim
 from handsim.errors import InputError
 from handsim.learning.general.candidates import best_proved, straight
 from handsim.learning.general.convergence import convergence
-from handsim.learning.general.field import tried
 from handsim.learning.general.learner import NavigationLearner, _checked
 from handsim.learning.general.potential import Remaining, canyon, cost_to_go
+from handsim.learning.general.refinement import tried
 from handsim.navigation.flow import follow
 from handsim.navigation.paths import arc_length
 from handsim.types import Array

@@ -128,6 +128,21 @@ def test_a_planted_minimum_is_never_certified(where: str, excess: float, seed: i
     assert "not decided" in proof.reason and len(proof.undecided)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("side", ["lower", "upper"])
+@pytest.mark.parametrize("depth", [0.1, 0.6, 0.95])
+def test_minima_in_the_closing_layer_of_any_face_are_seen(
+    axis: int, side: str, depth: float
+) -> None:
+    """There chi leads outwards and the layer holds against it."""
+    goal, z = np.array([0.3, 0.2]), np.array([0.9, 1.0])
+    z[axis] = -1 + depth * WIDTH if side == "lower" else 2 - depth * WIDTH
+    made = planted(navigation(random_chi(2, 0, 0.05)), goal, z, np.full(2, -1e-3))
+    assert not certify_destination(made, goal).certified
+    saddle = planted(navigation(random_chi(2, 0, 0.05)), goal, z, np.array([1.0, -1.0]))
+    assert not certify_destination(saddle, goal).everywhere
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("where", PLACES)
 @pytest.mark.parametrize("excess", EXCESS)
