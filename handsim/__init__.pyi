@@ -37,6 +37,8 @@ from .learning.certification import certify as certify
 from .learning.controller import GraspController as GraspController
 from .learning.controller import PostureSequence as PostureSequence
 from .learning.direction.learner import DirectionLearner as DirectionLearner
+from .learning.general.evaluation import NavigationScores as NavigationScores
+from .learning.general.learner import NavigationLearner as NavigationLearner
 from .learning.learn import learn_controller as learn_controller
 from .learning.learn import learn_like as learn_like
 from .learning.pde.learner import PDELearner as PDELearner

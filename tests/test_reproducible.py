@@ -96,6 +96,9 @@ OURS = (
     "learning/fit/field_samples", "learning/fit/history", "learning/fit/lbfgs",
     "learning/fit/smoothness", "learning/direction/averaging", "learning/direction/descent",
     "learning/direction/learner", "learning/direction/metric_model", "learning/direction/samples",
+    "learning/fit/level", "learning/general/band", "learning/general/candidates",
+    "learning/general/refinement", "learning/general/potential", "navigation/proof/destination",
+    "navigation/proof/polynomials", "navigation/proof/separation",
     "learning/pde/learner", "learning/pde/problem", "reproducible",
 )  # fmt: skip
 """Modules that a fit goes through."""

@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, Self
 
@@ -20,6 +21,7 @@ from handsim.errors import FileError, HandsimError, InputError, UnknownNameError
 from handsim.learning.base import Estimator, Learner
 from handsim.learning.controller import GraspController
 from handsim.learning.direction.learner import DirectionLearner
+from handsim.learning.general.learner import NavigationLearner
 from handsim.learning.learn import learn_controller, learn_like
 from handsim.learning.options import LEARNERS
 from handsim.learning.pde.learner import PDELearner
@@ -64,7 +66,11 @@ LEARNERS_HERE: dict[str, Learner] = {
 }
 """Learners with parameters that are no defaults, and none that costs time."""
 OWN = {name: LEARNERS_HERE[name] for name in LEARNERS}
-ESTIMATORS: dict[str, Any] = {**OWN, "subspace": PostureSubspace(2)}
+ESTIMATORS: dict[str, Any] = {
+    **OWN,
+    "subspace": PostureSubspace(2),
+    "navigation": NavigationLearner(k=3.0, n_refinements=0),
+}
 
 each_learner = pytest.mark.parametrize("learner", LEARNERS_HERE.values(), ids=LEARNERS_HERE)
 each_own = pytest.mark.parametrize("learner", OWN.values(), ids=OWN)
@@ -84,7 +90,16 @@ def fitted(estimator: Any, data: list[Array]) -> Any:
     copy = clone(estimator)
     if isinstance(copy, PostureSubspace):
         return copy.fit(np.random.default_rng(0).normal(size=(40, 22)))
+    if isinstance(copy, NavigationLearner):
+        return learned_once()
     return copy.fit(data, [np.arange(len(path)) / 40 for path in data])
+
+
+@cache
+def learned_once() -> NavigationLearner:
+    """It takes seconds."""
+    s = np.linspace(0.0, 1.0, 40)[:, None]
+    return clone(ESTIMATORS["navigation"]).fit([np.hstack([1 - s, np.sin(np.pi * s)])])
 
 
 def learned_names(estimator: Any) -> set[str]:

@@ -24,7 +24,7 @@ drop out.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Self, get_args
 
@@ -39,6 +39,7 @@ from handsim.learning.fit.designs import JetDesign
 from handsim.learning.fit.field_samples import FieldSamples
 from handsim.learning.fit.history import History, Iteration
 from handsim.learning.fit.lbfgs import minimise
+from handsim.learning.fit.level import levelled
 from handsim.learning.fit.smoothness import second_differences
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.flow import FlowPath, follow
@@ -46,7 +47,7 @@ from handsim.navigation.function import NavigationFunction, check_exponent
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
 from handsim.navigation.workspace import KnotRule, lay_basis
-from handsim.reproducible import dot, dots, log, mean, norms, powers
+from handsim.reproducible import dot, dots, mean, norms
 from handsim.types import Array, Progress
 
 _METRIC_REACH = 0.75  # over which destinations share their metric, as a fraction of their spread
@@ -54,7 +55,6 @@ _LEAST_REACH = np.deg2rad(1.0)
 _NEW_DESTINATIONS = 1.3  # how far out the descent condition is held, relative to the recorded ones
 _N_DESCENT = 3000  # points of the workspace at which the descent condition is held
 _ROLLOUT_STEP = np.deg2rad(8.0)  # smaller ones tell the same, at twice the cost of learning
-_PHI_START = 0.9  # greatest phi at a recorded start: fixes the free constant of chi
 
 
 class DirectionLearner(Estimator):
@@ -255,24 +255,12 @@ class _Problem:
             c = self.descent.restored(c)
         metric = self.metric_model.metric(parameters) if self.metric_model else None
         flat = NavigationFunction(self.flat, self.k, metric)
-        navigation = NavigationFunction(self._obstacle(c, flat), self.k, metric)
+        chi = levelled(TensorBSpline(self.basis, c), flat, self.starts, self.goals)
+        navigation = replace(flat, obstacle=ExponentialObstacle(chi, self.flat.width))
         rollouts = follow(navigation.directions, self.starts, self.goals, _ROLLOUT_STEP)
         errors = [path_error(r.points, p) for r, p in zip(rollouts, self.paths, strict=True)]
         merit = (sum(r.arrived for r in rollouts), -float(mean(np.array(errors))))
         return _Candidate(navigation, rollouts, merit)
-
-    def _obstacle(self, c: Array, flat: NavigationFunction) -> ExponentialObstacle:
-        """The obstacle of coefficients, chi's free constant set so that phi <= 0.9 at all starts.
-
-        phi = 0.9 where chi - ln gamma_d = ln(0.9**-k - 1) / k. The splines sum to one, so
-        a constant added to all coefficients is added to chi.
-        """
-        chi = TensorBSpline(self.basis, c).jets(self.starts, 0)[0]
-        away = self.starts - self.goals
-        ln_gamma = log(dots(dots(flat.metrics(self.goals), away[:, None]), away))
-        level = log(powers(np.array([1.0 / _PHI_START]), self.k) - 1.0)[0] / self.k
-        shift = level - np.min(chi - ln_gamma)
-        return ExponentialObstacle(TensorBSpline(self.basis, c + shift), self.flat.width)
 
     def solve(
         self, x: Array, samples: FieldSamples, n_iterations: int, history: list[Iteration]
