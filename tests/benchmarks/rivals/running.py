@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from handsim.navigation.workspace import lay_basis
 from handsim.types import Array
@@ -57,8 +58,10 @@ class Outcome:
         return sum(s.proven for s in self.scores)
 
     def mean(self, name: str) -> float:
-        """Return the mean of a score over the trials that have it."""
-        return float(np.nanmean([getattr(each, name) for each in self.scores]))
+        """Return the mean of a score over the trials that have it, NaN where none has."""
+        values = np.array([getattr(each, name) for each in self.scores])
+        known = values[np.isfinite(values)]
+        return float(known.mean()) if known.size else float("nan")
 
 
 SETTINGS = ("training", "left out", "folds")
@@ -101,16 +104,11 @@ def left_out(n: int, n_folds: int) -> list[Fold]:
 def measure(make: Callable[[], Rival], trials: TrialSet, n_folds: int) -> Measured:
     """Try a rival on a set in all settings."""
     n = len(trials.trials)
-    folds = {
-        "training": in_training(n),
-        "left out": left_out(n, n),
-        "folds": left_out(n, n_folds),
-    }
-    return Measured(
-        make().argument,
-        {setting: run(make, trials, of_setting) for setting, of_setting in folds.items()},
-        random_arrivals(make, trials),
-    )
+    folds = (in_training(n), left_out(n, n), left_out(n, n_folds))
+    with threadpool_limits(1):  # threads that wait for each other count as CPU time
+        outcomes = [run(make, trials, of_setting) for of_setting in folds]
+        arrivals = random_arrivals(make, trials)
+    return Measured(make().argument, dict(zip(SETTINGS, outcomes, strict=True)), arrivals)
 
 
 def run(make: Callable[[], Rival], trials: TrialSet, folds: Sequence[Fold]) -> Outcome:

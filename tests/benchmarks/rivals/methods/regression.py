@@ -55,7 +55,7 @@ class ProcessRegression(FieldRival):
     def fit(self, movements: Sequence[Movement]) -> Self:
         """Fit the reaches of the kernel, one for each input."""
         inputs, outputs = samples(movements)
-        kernel = RBF(0.5 * np.ones(inputs.shape[1]), (0.05, 20)) + WhiteKernel(0.1)
+        kernel = RBF([0.5] * inputs.shape[1], (0.05, 20)) + WhiteKernel(0.1)
         self.model = GaussianProcessRegressor(kernel)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # reaches of idle inputs
