@@ -19,25 +19,21 @@ Field = Callable[[Array, Array], Array]
 
 
 class FieldRival(Rival):
-    """A rival that knows a velocity at each place.
-
-    Attributes
-    ----------
-    has_speed
-        Whether its speeds are learned; else paths are passed with minimum jerk.
-    """
-
-    has_speed = False
+    """A rival that knows a velocity at each place."""
 
     def field(self, name: str) -> Field:
         """Return the velocities on the way to an object of that name."""
         raise NotImplementedError
 
+    def speeds(self, path: Array, query: Query) -> Array | None:
+        """Return speeds (m,) on a path (m, d), but for a factor; None for minimum jerk."""
+        return None
+
     def predict(self, query: Query) -> Motion:
         """Follow the field."""
         field = self.field(query.object)
         found = follow(_directions(field), query.start[None], query.goal[None])[0]
-        return self._timed(field, found.points, query)
+        return self._timed(found.points, query)
 
     def predict_all(self, queries: Sequence[Query]) -> list[Motion]:
         """Follow the fields from all starts at once, in steps of 2 deg."""
@@ -49,15 +45,15 @@ class FieldRival(Rival):
             goals = np.array([queries[i].goal for i in chosen])
             found = follow(_directions(field), starts, goals, MANY_STEP)
             for i, path in zip(chosen, found, strict=True):
-                motions[i] = self._timed(field, path.points, queries[i])
+                motions[i] = self._timed(path.points, queries[i])
         return [motions[i] for i in range(len(queries))]
 
-    def _timed(self, field: Field, path: Array, query: Query) -> Motion:
+    def _timed(self, path: Array, query: Query) -> Motion:
         """Pass the path at the field's speeds, all scaled to end at the duration asked for."""
-        if not self.has_speed or len(path) < 3:
+        speed = self.speeds(path, query) if len(path) > 2 else None
+        if speed is None:
             return timed(path, query.duration)
         # The speed at the destination is zero: what is left from 4 deg on is passed at the last.
-        speed = np.linalg.norm(field(path, np.broadcast_to(query.goal, path.shape)), axis=1)
         speed[-1] = speed[-2]
         slowness = 1.0 / np.maximum(speed, _SLOWEST * speed.max())
         steps = np.diff(arc_length(path)) * 0.5 * (slowness[1:] + slowness[:-1])

@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from handsim.learning.timing import minimum_jerk
+from handsim.learning.movement.progress import minimum_jerk
 from handsim.navigation.paths import arc_length
 from handsim.types import Array
 
@@ -102,8 +102,8 @@ class Rival:
         """Answer many; those that are quicker all together say how."""
         return [self.predict(query) for query in queries]
 
-    def proves(self, goal: Array) -> bool:
-        """Whether what was learned is proven to arrive at a destination (d,), by `argument`."""
+    def proves(self, query: Query) -> bool:
+        """Whether the answer is known to arrive before it is made, by `argument`."""
         return bool(self.argument)
 
 

@@ -104,11 +104,13 @@ def left_out(n: int, n_folds: int) -> list[Fold]:
 def measure(make: Callable[[], Rival], trials: TrialSet, n_folds: int) -> Measured:
     """Try a rival on a set in all settings."""
     n = len(trials.trials)
-    folds = (in_training(n), left_out(n, n), left_out(n, n_folds))
     with threadpool_limits(1):  # threads that wait for each other count as CPU time
-        outcomes = [run(make, trials, of_setting) for of_setting in folds]
+        training = run(make, trials, in_training(n))
+        each = run(make, trials, left_out(n, n))
+        folds = run(make, trials, left_out(n, n_folds)) if n_folds < n else each
         arrivals = random_arrivals(make, trials)
-    return Measured(make().argument, dict(zip(SETTINGS, outcomes, strict=True)), arrivals)
+    outcomes: dict[str, Outcome] = dict(zip(SETTINGS, (training, each, folds), strict=True))
+    return Measured(make().argument, outcomes, arrivals)
 
 
 def run(make: Callable[[], Rival], trials: TrialSet, folds: Sequence[Fold]) -> Outcome:
@@ -127,7 +129,7 @@ def run(make: Callable[[], Rival], trials: TrialSet, folds: Sequence[Fold]) -> O
             began = process_time()
             motion = rival.predict(query)
             answering.append(process_time() - began)
-            proven = rival.proves(query.goal)
+            proven = rival.proves(query)
             scores[i] = score(motion, trials.trials[i], movement, space, trials.per_rad, proven)
     every = tuple(scores[i] for i in sorted(scores))
     return Outcome(every, float(np.mean(learning)), float(np.mean(answering)))

@@ -11,9 +11,6 @@ from handsim.types import Array
 from .data import Space, Trial
 from .protocol import Motion, Movement
 
-_EVEN = np.linspace(0.0, 1.0, 101)  # times at which movements are compared
-_COARSE = np.linspace(0.0, 1.0, 51)  # times between which mean speeds are
-
 
 @dataclass(frozen=True)
 class Score:
@@ -29,7 +26,7 @@ class Score:
     floor
         The same of the recorded movement itself, projected: what the components leave out.
     speed_correlation
-        Of speeds along both paths over time; NaN where one of them does not move.
+        Of the speeds over time, norms over all that was recorded; NaN where one does not vary.
     arrived
         Whether the motion ends within 4 deg of the destination.
     proven
@@ -49,20 +46,21 @@ def score(
     motion: Motion, trial: Trial, movement: Movement, space: Space, per_rad: float, proven: bool
 ) -> Score:
     """Compare a motion with a trial, whose projection is ``movement``."""
-    share = (trial.time - trial.time[0]) / movement.duration
-    recorded = resampled(share, trial.q, _EVEN)
-    passed = motion.time / movement.duration
-    made = space.lift(resampled(passed, motion.path, _EVEN))
-    projected = space.lift(space.project(recorded))
+    made = space.lift(resampled(motion.time, motion.path, trial.time - trial.time[0]))
+    projected = space.lift(movement.path)
     return Score(
         error=path_error(motion.path, movement.path),
         straight=path_error(movement.path[[0, -1]], movement.path),
-        rms=per_rad * float(np.sqrt(np.mean((made - recorded) ** 2))),
-        floor=per_rad * float(np.sqrt(np.mean((projected - recorded) ** 2))),
-        speed_correlation=correlation(speeds(share, movement.path), speeds(passed, motion.path)),
+        rms=per_rad * _rms(made - trial.q),
+        floor=per_rad * _rms(projected - trial.q),
+        speed_correlation=correlation(speeds(trial.time, trial.q), speeds(trial.time, made)),
         arrived=arrives(motion, movement.path[-1]),
         proven=proven,
     )
+
+
+def _rms(deviation: Array) -> float:
+    return float(np.sqrt(np.mean(deviation**2)))
 
 
 def arrives(motion: Motion, goal: Array) -> bool:
@@ -70,15 +68,16 @@ def arrives(motion: Motion, goal: Array) -> bool:
     return bool(np.linalg.norm(motion.path[-1] - goal) <= ARRIVAL)
 
 
-def resampled(share: Array, path: Array, wanted: Array) -> Array:
+def resampled(times: Array, path: Array, wanted: Array) -> Array:
     """Return the points of a path (n, d) passed at times (n,), at other times (m,)."""
     columns: list[Array] = list(path.T)
-    return np.column_stack([np.interp(wanted, share, column) for column in columns])
+    return np.column_stack([np.interp(wanted, times, column) for column in columns])
 
 
-def speeds(share: Array, path: Array) -> Array:
-    """Return mean speeds (50,) in equal parts of the duration."""
-    return np.linalg.norm(np.diff(resampled(share, path, _COARSE), axis=0), axis=1)
+def speeds(time: Array, q: Array) -> Array:
+    """Return the speeds (n,) of what was recorded (n, m)."""
+    velocities: Array = np.gradient(q, time, axis=0)
+    return np.linalg.norm(velocities, axis=1)
 
 
 def correlation(a: Array, b: Array) -> float:

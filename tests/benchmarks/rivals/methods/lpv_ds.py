@@ -21,7 +21,7 @@ from handsim.types import Array
 
 from ..fields import Field, FieldRival
 from ..mixture import Mixture
-from ..protocol import Movement
+from ..protocol import Movement, Query
 from ..scoring import resampled
 
 _N_SAMPLES = 50  # a movement, equally spaced in time
@@ -69,18 +69,17 @@ class LinearParameterVarying(FieldRival):
     """
 
     argument = "x'Px falls"
-    has_speed = True
 
     def __init__(self, by_object: bool) -> None:
         self.by_object = by_object
 
     def fit(self, movements: Sequence[Movement]) -> Self:
         """Fit the systems."""
-        chosen: dict[str, list[Movement]] = {"": list(movements)}
-        if self.by_object:
-            for each in movements:
-                chosen.setdefault(each.object, []).append(each)
-        self.systems = {name: fitted(of_object) for name, of_object in chosen.items()}
+        objects = dict.fromkeys(each.object for each in movements)
+        self.systems = {"": fitted(movements)}
+        if self.by_object and len(objects) > 1:
+            for name in objects:
+                self.systems[name] = fitted([each for each in movements if each.object == name])
         return self
 
     def field(self, name: str) -> Field:
@@ -88,9 +87,14 @@ class LinearParameterVarying(FieldRival):
         system = self.systems.get(name, self.systems[""])
         return lambda z, goals: system(z - goals)
 
-    def proves(self, goal: Array) -> bool:
-        """Whether all systems are stable: for every destination, as it is moved to the origin."""
-        return all(system.is_stable for system in self.systems.values())
+    def speeds(self, path: Array, query: Query) -> Array:
+        """Return the speeds that were learned."""
+        goals = np.broadcast_to(query.goal, path.shape)
+        return np.linalg.norm(self.field(query.object)(path, goals), axis=1)
+
+    def proves(self, query: Query) -> bool:
+        """Whether the system is stable: for every destination, as it is moved to the origin."""
+        return self.systems.get(query.object, self.systems[""]).is_stable
 
 
 def fitted(movements: Sequence[Movement]) -> LinearSystems:

@@ -1,13 +1,9 @@
 """Regression of the velocity of motion by place and destination, without a reason to arrive."""
 
-import warnings
 from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, WhiteKernel
 
 from handsim.navigation.paths import at_arc_length
 from handsim.types import Array
@@ -47,24 +43,6 @@ class MixtureRegression(FieldRival):
         away = inputs[:, None] - self.inputs.means
         means = self.output_means + np.einsum("koi,nki->nko", self.gains, away)
         return np.einsum("nk,nko->no", self.inputs.shares(inputs), means)
-
-
-class ProcessRegression(FieldRival):
-    """Mean direction of a Gaussian process over place and destination, every other sample."""
-
-    def fit(self, movements: Sequence[Movement]) -> Self:
-        """Fit the reaches of the kernel, one for each input."""
-        inputs, outputs = samples(movements)
-        kernel = RBF([0.5] * inputs.shape[1], (0.05, 20)) + WhiteKernel(0.1)
-        self.model = GaussianProcessRegressor(kernel)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # reaches of idle inputs
-            self.model.fit(inputs[::2], outputs[::2])
-        return self
-
-    def field(self, name: str) -> Field:
-        """Return the mean of the process, whatever the object."""
-        return lambda z, goals: np.asarray(self.model.predict(np.hstack([z, goals])))
 
 
 def samples(movements: Sequence[Movement]) -> tuple[Array, Array]:
