@@ -135,7 +135,7 @@ def run(make: Callable[[], Rival], trials: TrialSet, folds: Sequence[Fold]) -> O
     return Outcome(every, float(np.mean(learning)), float(np.mean(answering)))
 
 
-def random_arrivals(make: Callable[[], Rival], trials: TrialSet) -> int:
+def random_arrivals(make: Callable[[], Rival], trials: TrialSet, n: int = N_RANDOM) -> int:
     """Learn from all trials, and count arrivals from random starts in the workspace.
 
     Starts are uniform in the box in which navigation functions are learned, which reaches beyond
@@ -147,8 +147,8 @@ def random_arrivals(make: Callable[[], Rival], trials: TrialSet) -> int:
     rival = make().fit(movements)
     basis, _ = lay_basis([each.path for each in movements])
     rng = np.random.default_rng(0)
-    starts = rng.uniform(basis.lower, basis.upper, (N_RANDOM, len(basis.lower)))
-    chosen = rng.integers(len(movements), size=N_RANDOM)
+    starts = rng.uniform(basis.lower, basis.upper, (n, len(basis.lower)))
+    chosen = rng.integers(len(movements), size=n)
     queries = [_query(movements[i], start) for i, start in zip(chosen, starts, strict=True)]
     motions = rival.predict_all(queries)
     return sum(arrives(m, q.goal) for m, q in zip(motions, queries, strict=True))

@@ -103,7 +103,7 @@ def fitted(movements: Sequence[Movement]) -> LinearSystems:
     length = float(np.sqrt(np.mean(np.sum(x**2, axis=1))))
     speed = float(np.sqrt(np.mean(np.sum(velocities**2, axis=1))))
     mixture = Mixture.best(x, _MOST_GAUSSIANS)
-    model = _Model(x / length, velocities / speed, mixture.shares(x))
+    model = Model(x / length, velocities / speed, mixture.shares(x))
     found = minimize(
         model.cost, model.start(), jac=True, method="L-BFGS-B", options={"maxiter": _ITERATIONS}
     )
@@ -124,7 +124,7 @@ def samples(movements: Sequence[Movement]) -> tuple[Array, Array]:
     return np.vstack(places), np.vstack(velocities)
 
 
-class _Model:
+class Model:
     """Least squares of velocities by L, all S_k and all W_k, flat in this order."""
 
     def __init__(self, x: Array, velocities: Array, shares: Array) -> None:
