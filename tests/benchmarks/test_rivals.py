@@ -17,7 +17,7 @@ from rivals.methods.lpv_ds import LinearParameterVarying, LinearSystems, Model, 
 from rivals.methods.navigation import OurController, PaperField
 from rivals.methods.path_process import KNOWN, UNKNOWN, PathProcess
 from rivals.methods.primitive import MovementPrimitive
-from rivals.methods.regression import MixtureRegression
+from rivals.methods.regression import MixtureRegression, samples
 from rivals.methods.straight import StraightLine
 from rivals.mixture import Mixture
 from rivals.protocol import Motion, Movement, Query, timed
@@ -127,8 +127,12 @@ def test_a_primitive_reproduces_its_trial_and_goes_where_it_is_asked(trials: Tri
 
 
 def test_regression_has_no_reason_to_arrive(trials: TrialSet) -> None:
-    found = run(MixtureRegression, trials, in_training(8))
-    assert found.proven == 0
+    places, directions = samples(movements(trials))
+    field = MixtureRegression().fit(movements(trials)).field("")
+    made = field(*np.split(places, 2, axis=1))
+    cosines = np.sum(made * directions, axis=1) / np.linalg.norm(made, axis=1)
+    assert cosines.mean() > 0.95  # it knows the way on the recordings
+    assert run(MixtureRegression, trials, in_training(8)).proven == 0
     assert random_arrivals(MixtureRegression, trials, 20) < 10
 
 
@@ -162,7 +166,7 @@ def test_a_system_that_grows_is_not_proven_stable() -> None:
     for real, stable in ((-0.1, True), (0.1, False)):
         matrices = np.array([[[real, -2.0], [2.0, real]]])
         assert LinearSystems(mixture, matrices, np.eye(2)).is_stable is stable
-    assert not LinearSystems(mixture, -np.eye(2)[None], -np.eye(2)).is_stable
+    assert not LinearSystems(mixture, np.eye(2)[None], -np.eye(2)).is_stable  # x'Px is negative
     shear = np.array([[[-1.0, 4.0], [0.0, -1.0]]])  # stable, but |x| may grow
     assert not LinearSystems(mixture, shear, np.eye(2)).is_stable
     assert LinearSystems(mixture, shear, np.diag([1.0, 9.0])).is_stable
@@ -198,6 +202,12 @@ def test_the_paper_learns_one_object(trials: TrialSet) -> None:
     found = run(PaperField, left, in_training(2))
     assert found.ratio < 0.6
     assert found.arrived == 2
+    rival = PaperField().fit(movements(left))
+    motion = rival.predict(query(left, 0))
+    speed = np.diff(arc_length(motion.path)) / np.diff(motion.time)
+    slope = rival.speeds(motion.path, query(left, 0))
+    # Its own speeds, but for a factor: minimum jerk would begin at rest.
+    np.testing.assert_allclose(speed[:90] / speed[0], slope[:90] / slope[0], rtol=0.1)
 
 
 @pytest.mark.parametrize("guided", [False, True])
@@ -304,7 +314,7 @@ def test_the_command_writes_a_table(recordings, tmp_path: Path, capsys) -> None:
     assert header[:4] == ["| method", "path: training", "path: left out", "path: 3 folds"]
     assert {len(row) for row in (header, straight, unknown, known)} == {14}
     assert straight[:4] == ["| straight line", "1.000", "1.000", "1.000"]
-    assert straight[8:11] == ["9", "9", "200"]
+    assert straight[8:12] == ["9", "9", "200", "9: the distance falls"]
     assert float(known[2]) < float(straight[2])
     assert main([folder, "--only", "nobody"]) == 2
     assert main([str(tmp_path), *asked]) == 2
