@@ -227,6 +227,17 @@ def test_ours_are_scored_as_by_evaluate(recordings, guided: bool) -> None:
     assert found.mean("speed_correlation") == pytest.approx(known.speed_correlation, abs=0.02)
 
 
+def test_modes_that_share_a_fit_are_charged_for_it(trials: TrialSet) -> None:
+    quick = partial(DirectionLearner, n_refinements=1, n_iterations=11)
+    first = OurController(quick).fit(movements(trials))
+    again = OurController(quick, GuideSettings()).fit(movements(trials))
+    assert again.controller.navigation is first.controller.navigation
+    assert first.saved == 0.0 and again.saved > 0.01
+    fewer = OurController(quick).fit(movements(trials)[1:])
+    assert fewer.saved == 0.0
+    assert OurController(partial(quick, seed=1)).fit(movements(trials)).saved == 0.0
+
+
 def test_a_destination_that_is_refused_counts_as_missed(trials: TrialSet) -> None:
     quick = partial(DirectionLearner, n_refinements=0, n_iterations=5)
     for guide in (None, GuideSettings()):

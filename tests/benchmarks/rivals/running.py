@@ -122,7 +122,7 @@ def run(make: Callable[[], Rival], trials: TrialSet, folds: Sequence[Fold]) -> O
         space = trials.space(fold.learned)
         began = process_time()
         rival = make().fit([space.movement(trials.trials[i]) for i in fold.learned])
-        learning.append(process_time() - began)
+        learning.append(process_time() - began + rival.saved)
         for i in fold.scored:
             movement = space.movement(trials.trials[i])
             query = _query(movement)

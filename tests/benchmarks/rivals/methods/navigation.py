@@ -1,6 +1,8 @@
 """Navigation functions: the paper's learner, and our controllers in all their modes."""
 
 from collections.abc import Callable, Sequence
+from hashlib import sha256
+from time import process_time
 from typing import Self
 
 import numpy as np
@@ -13,6 +15,7 @@ from handsim.learning.guide.predictor import GuideSettings
 from handsim.learning.pde.learner import PDELearner
 from handsim.learning.subspace import PostureSubspace
 from handsim.navigation.certificate import certify
+from handsim.navigation.function import NavigationFunction
 from handsim.navigation.paths import N_COMPARED, at_arc_length
 from handsim.types import Array
 
@@ -71,8 +74,7 @@ class OurController(Rival):
 
     def fit(self, movements: Sequence[Movement]) -> Self:
         """Learn the workspace and its obstacle, keep paths and progress."""
-        paths, times = [each.path for each in movements], [each.time for each in movements]
-        navigation = self.learner().fit(paths, times).navigation_
+        navigation, self.saved = _learned(self.learner(), movements)
         kept = tuple(_demonstration(each) for each in movements)
         self.controller = GraspController(PostureSubspace(), navigation, kept, guide=self.guide)
         return self
@@ -99,6 +101,25 @@ class OurController(Rival):
 
     def _grasped(self, query: Query) -> str | None:
         return query.object if self.object_known else None
+
+
+_KNOWN: dict[tuple[str, str], tuple[NavigationFunction, float]] = {}
+
+
+def _learned(learner: Learner, movements: Sequence[Movement]) -> tuple[NavigationFunction, float]:
+    """Learn, or remember what a learner of the same kind made of the same movements.
+
+    Modes that differ in how a controller is asked share what is learned. Also returned is the CPU
+    time that remembering has saved [s].
+    """
+    paths, times = [each.path for each in movements], [each.time for each in movements]
+    key = (repr(learner), sha256(np.vstack(paths).tobytes()).hexdigest())
+    if key in _KNOWN:
+        return _KNOWN[key]
+    began = process_time()
+    navigation = learner.fit(paths, times).navigation_
+    _KNOWN[key] = navigation, process_time() - began
+    return navigation, 0.0
 
 
 def _demonstration(movement: Movement) -> Demonstration:
