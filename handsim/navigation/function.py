@@ -109,7 +109,8 @@ class NavigationFunction:
 
     def evaluator(self) -> "FlowEvaluator":
         """Return an object that evaluates single points without making arrays."""
-        return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, self.metrics)
+        of_one = self.metrics if self.metric is None else self.metric.of_one
+        return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, of_one)
 
     def metrics(self, z_goal: Array) -> Array:
         """Return the metrics M (..., n, n) of gamma_d at destinations (..., n)."""

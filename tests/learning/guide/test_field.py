@@ -92,6 +92,7 @@ def test_a_workspace_too_narrow_is_not_proven() -> None:
     narrow = led(np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]))
     assert not replace(field, obstacle=narrow.obstacle).proven
     assert not replace(field, pull=np.nan).proven
+    assert not replace(field, pull=np.inf).proven and not replace(field, k=np.inf).proven
     assert not replace(field, guide=Curve(turn * np.nan)).proven
     assert not replace(field, pull=0.0).proven
     assert not replace(field, k=0.5).proven
