@@ -334,6 +334,20 @@ def test_the_command_writes_a_table(recordings, tmp_path: Path, capsys) -> None:
     assert table.read_text(encoding="utf-8").splitlines() == lines
 
 
+def test_what_was_found_is_kept_when_a_rival_fails(
+    recordings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Broken(StraightLine):
+        def fit(self, movements):
+            raise ArithmeticError
+
+    write_recordings(recordings[:3], tmp_path / "hands")
+    monkeypatch.setattr("rivals.__main__.RIVALS", {"first": StraightLine, "second": Broken})
+    with pytest.raises(ArithmeticError):
+        main([str(tmp_path / "hands"), "-o", str(tmp_path / "table.md")])
+    assert "| first | 1.000 |" in (tmp_path / "table.md").read_text(encoding="utf-8")
+
+
 def test_rivals_go_to_other_processes() -> None:
     for rivals in (RIVALS, VARIANTS):
         for name, make in pickle.loads(pickle.dumps(rivals)).items():

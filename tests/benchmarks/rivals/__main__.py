@@ -8,6 +8,8 @@ A folder holds recordings in handsim's format (one set a person) or ``.npz`` fil
 
 import argparse
 import sys
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from time import perf_counter
 
@@ -30,14 +32,18 @@ def main(words: list[str] | None = None) -> int:
             check_target(asked.output)
         rivals = _chosen(VARIANTS if asked.variants else RIVALS, asked.only)
         every = [(folder.name, read_sets(folder)) for folder in folders]
-        sections = [
-            tables(name, sets, _rows(rivals, sets, asked.folds, asked.jobs), asked.folds)
-            for name, sets in every
-        ]
-        text = "\n".join([machine(), "", *sections])
-        if asked.output:
-            write_text(asked.output, text)
-        else:
+        text = machine() + "\n"
+        for name, sets in every:
+            text += "\n"
+            so_far = text
+            rows: list[Row] = []
+            for row in _rows(rivals, sets, asked.folds, asked.jobs):
+                rows.append(row)
+                so_far = text + tables(name, sets, rows, asked.folds)
+                if asked.output:  # what was found is kept, whatever stops the rest
+                    write_text(asked.output, so_far)
+            text = so_far
+        if not asked.output:
             print(text)
     except HandsimError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -72,18 +78,15 @@ def _chosen(rivals: Rivals, parts: list[str] | None) -> Rivals:
     return found
 
 
-def _rows(rivals: Rivals, sets: tuple[TrialSet, ...], n_folds: int, n_jobs: int) -> list[Row]:
+def _rows(rivals: Rivals, sets: tuple[TrialSet, ...], n_folds: int, n_jobs: int) -> Iterator[Row]:
+    """Yield a row for each rival, as it is done."""
     pool = one_by_one if n_jobs == 1 else processes(n_jobs)
     jobs = [(make, each, n_folds) for make in rivals.values() for each in sets]
+    found = in_order(pool, measure, jobs)
     began = perf_counter()
-    measured = []
-    for i, found in enumerate(in_order(pool, measure, jobs)):
-        measured.append(found)
-        name = list(rivals)[i // len(sets)]
-        took = f"{perf_counter() - began:.0f} s"
-        print(f"{name}, {sets[i % len(sets)].name}: {took}", file=sys.stderr, flush=True)
-    n = len(sets)
-    return [Row(name, measured[i * n : (i + 1) * n]) for i, name in enumerate(rivals)]
+    for name in rivals:
+        yield Row(name, list(islice(found, len(sets))))
+        print(f"{name}: {perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":
