@@ -257,6 +257,23 @@ def test_what_is_proved_is_so_and_more_than_by_the_descent_condition(name: str) 
     assert all(path.arrived for path in follow(made.directions, starts, goal)) is proof.certified
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_what_the_closing_layer_alone_holds_back_is_a_trap(axis: int, side: str) -> None:
+    """chi leads out of the workspace, and v is nowhere zero: only the layer makes a minimum."""
+
+    def beyond_the_face(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        along, across = (x, y) if axis == 0 else (y, x)
+        depth = along + 1 if side == "lower" else 2 - along
+        return 2.0 * np.exp(-0.5 * ((depth + 0.2) ** 2 + (across - 0.5) ** 2) / 0.1)
+
+    made, goal = navigation(shaped(beyond_the_face)), np.full(2, 0.5)
+    start = goal.copy()
+    start[axis] = -0.97 if side == "lower" else 1.97
+    assert not follow(made.directions, start[None], goal)[0].arrived
+    assert not certify_destination(made, goal).certified
+
+
 def test_each_of_the_tests_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     goal, made = np.array([0.5, 0.0]), navigation(twist(0.42))
     assert certify_destination(made, goal).everywhere
