@@ -14,9 +14,8 @@ def controller():
 
 
 def corners(controller, inset: float):
-    """The corners of the workspace and the middles of its faces, moved inwards."""
-    obstacle = controller.navigation.obstacle
-    low, high = obstacle.lower, obstacle.upper
+    """The corners of the box of destinations and the middles of its faces, moved inwards."""
+    low, high = controller.reach
     middle, half = (low + high) / 2, (high - low) / 2
     n = len(low)
     signs = np.array(np.meshgrid(*[[-1, 1]] * n)).reshape(n, -1).T

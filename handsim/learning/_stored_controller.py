@@ -156,6 +156,8 @@ def check_content(metadata: Mapping[str, Any], arrays: Arrays) -> None:
     for name, array in arrays.items():
         if array.dtype != np.float64 or not (np.abs(array) <= MAX_VALUE).all():
             raise ValueError(f"{name} holds what is no number up to {MAX_VALUE:g}")
+    if not isinstance(metadata["method"], str):
+        raise TypeError(f"method {metadata['method']!r} is not text")
     n = len(arrays["subspace_components"])
     _check_subspace(n, arrays)
     _check_spline(n, metadata, arrays)

@@ -203,8 +203,8 @@ class GraspController:
             As in `path`.
         duration : [s]
         """
-        law = self.progress(z_start, z_goal, duration, grasped)
         guided = self.field(z_start, z_goal, grasped)
+        law = self.progress(z_start, z_goal, duration, grasped)
         if guided is not None:
             return GuidedTiming(guided, law)
         path, goal = self._along_field(z_start, z_goal), np.asarray(z_goal, dtype=float)

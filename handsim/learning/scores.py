@@ -206,7 +206,7 @@ def _row(
     repeat: float | None,
     object_known: bool,
 ) -> dict[str, Any]:
-    grasped = _grasped(recording) if object_known else None
+    grasped = _grasped(controller, recording) if object_known else None
     rollout = roll_out(controller, path, grasped)
     refused = rollout.reason == "refused"
     return {
@@ -224,9 +224,14 @@ def _row(
     }
 
 
-def _grasped(recording: Recording) -> Grasped:
-    """What is known of the object of a recording: its numbers, if it has any, or its name."""
-    return object_numbers(recording.extra) or recording.object
+def _grasped(controller: GraspController, recording: Recording) -> Grasped:
+    """Return what is told of the object of a recording.
+
+    Its numbers, if it has all by which the controller knows objects, or else its name.
+    """
+    predictor, numbers = controller.predictor, object_numbers(recording.extra)
+    asked = predictor.objects[0].numbers if predictor else ()
+    return numbers if asked and set(asked) <= set(numbers) else recording.object
 
 
 def _is_proven(controller: GraspController, path: Array, grasped: Grasped | None) -> bool:

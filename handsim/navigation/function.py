@@ -13,6 +13,7 @@ so that the flow points along v = gamma_d grad(ln beta) / k - grad gamma_d.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import exp, inf, log
 
 import numpy as np
@@ -109,8 +110,11 @@ class NavigationFunction:
 
     def evaluator(self) -> "FlowEvaluator":
         """Return an object that evaluates single points without making arrays."""
-        of_one = self.metrics if self.metric is None else self.metric.of_one
-        return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, of_one)
+        return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, self._of_one)
+
+    @cached_property
+    def _of_one(self) -> Callable[[Array], Array]:
+        return self.metrics if self.metric is None else _metric_of_one(self.metric)
 
     def metrics(self, z_goal: Array) -> Array:
         """Return the metrics M (..., n, n) of gamma_d at destinations (..., n)."""
@@ -179,6 +183,34 @@ class NavigationFunction:
         curvature += slope[:, :, None] * outer[:, None, :]
         curvature -= (2.0 / k) * grad_ln[:, :, None] * pull[:, None, :]
         return phi, gradient, (inverse_root * share)[:, None, None] * curvature
+
+
+def _metric_of_one(metric: DestinationMetric) -> Callable[[Array], Array]:
+    """Return a function of one destination (n,) [rad] that returns its metric (n, n).
+
+    It takes a tenth of the time of `DestinationMetric.at`, and differs by rounding alone; which,
+    unlike that of `at`, depends on the processor. The latest answer is kept.
+    """
+    n = metric.logs.shape[1]
+    first, flat = metric.logs[0].ravel(), metric.logs[1:].reshape(-1, n * n)
+    scale = np.full(n, -0.5 / metric.reach**2)
+    latest: list[tuple[bytes, Array]] = []
+
+    def of_one(z_goal: Array) -> Array:
+        asked = z_goal.tobytes()
+        for answered, found in latest[:1]:
+            if answered == asked:
+                return found
+        away = metric.centres - z_goal
+        away *= away
+        log = np.exp(away.dot(scale)).dot(flat)
+        log += first
+        values, vectors = np.linalg.eigh(log.reshape(n, n))
+        found = (vectors * np.exp(values)).dot(vectors.T)
+        latest[:] = [(asked, found)]
+        return found
+
+    return of_one
 
 
 @dataclass

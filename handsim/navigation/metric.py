@@ -17,7 +17,6 @@ was learned at it tends to exp(S_0). (Logarithms make a vector space of the metr
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from math import factorial
 
 import numpy as np
@@ -28,7 +27,6 @@ from handsim.types import Array
 
 # Coefficients of exp's powers 0 to 15, by fours; at a norm of 1/2 the next term is below 1e-18.
 _TAYLOR = np.array([1.0 / factorial(power) for power in range(16)]).reshape(4, 4)
-_eigh = np.linalg.eigh
 _Answer = tuple[tuple[tuple[int, ...], bytes], Array]  # shape and bytes asked for, metrics
 _Known = tuple[dict[bytes, int], Array]  # destinations as bytes to places, and their metrics
 
@@ -51,9 +49,6 @@ class DestinationMetric:
     logs: Array
     reach: float
     _latest: list[_Answer] = field(default_factory=list[_Answer], compare=False, repr=False)
-    _one: list[tuple[bytes, Array]] = field(
-        default_factory=list[tuple[bytes, Array]], compare=False, repr=False
-    )
     _known: list[_Known] = field(default_factory=list[_Known], compare=False, repr=False)
 
     def at(self, z_goal: Array) -> Array:
@@ -72,31 +67,6 @@ class DestinationMetric:
         metrics = self._found(goals).reshape(*shape, shape[-1])
         self._latest[:] = [(asked, metrics)]
         return metrics
-
-    def of_one(self, z_goal: Array) -> Array:
-        """Return the metric (n, n) of one destination (n,) [rad], in a tenth of the time of `at`.
-
-        It differs from what `at` returns by rounding alone, but that depends on the processor.
-        """
-        asked = z_goal.tobytes()
-        if self._one and self._one[0][0] == asked:
-            return self._one[0][1]
-        flat, scale = self._flat
-        away = self.centres - z_goal
-        away *= away
-        shares = np.exp(away.dot(scale))
-        log = shares.dot(flat[1:])
-        log += flat[0]
-        values, vectors = _eigh(log.reshape(len(z_goal), -1))
-        metric = (vectors * np.exp(values)).dot(vectors.T)
-        self._one[:] = [(asked, metric)]
-        return metric
-
-    @cached_property
-    def _flat(self) -> tuple[Array, Array]:
-        """The logarithms as rows (1 + m, n n), and what takes squares to exponents, (n,)."""
-        n = self.logs.shape[1]
-        return self.logs.reshape(-1, n * n), np.full(n, -0.5 / self.reach**2)
 
     def _found(self, goals: Array) -> Array:
         """Return the metrics (N, n, n) of destinations (N, n), from what is known if all are."""

@@ -47,9 +47,3 @@ def between_ends(path: Array, start: Array, goal: Array) -> Array:
     s = np.linspace(0.0, 1.0, N_COMPARED)[:, None]
     even = at_arc_length(path, s[:, 0])
     return even + (1.0 - s) * (start - path[0]) + s * (goal - path[-1])
-
-
-def interpolated(x: Array, known: Array, points: Array) -> Array:
-    """Return points (m, d) at ``x`` (m,) between points (n, d) at ``known`` (n,), increasing."""
-    columns: list[Array] = list(points.T)
-    return np.column_stack([np.interp(x, known, column) for column in columns])

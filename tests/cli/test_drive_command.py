@@ -86,7 +86,7 @@ def test_a_switch_opens_and_closes(run, tmp_path, switch) -> None:
     args = ("--signal", switch, "--range", "0", "1", "--task", "cube-raise", "-o", out, "--json")
     said = run("drive", *args).json()
     assert (said["channel"], said["explained"], said["rms_deg"]) == ("value", None, None)
-    assert said["progress_most"] == 1.0
+    assert said["progress_most"] == pytest.approx(1.0, abs=1e-12)
     assert said["progress_end"] == pytest.approx(0.0, abs=1e-6)
     assert said["reason"] == "on the way"
     progress = read_posture_table(out).channels["progress"]

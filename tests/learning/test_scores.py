@@ -1,5 +1,6 @@
 """Scores in closed form, critical points and the inspection of what was learned."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -49,6 +50,7 @@ def controller(directions: Any = straight, mean: Any = 0.0) -> Any:
         navigation=SimpleNamespace(directions=directions, obstacle=None, k=2.0, metric=None),
         path=path,
         field=lambda *query: None,
+        predictor=None,
         progress=lambda z_start, z_goal, duration, grasped: ProgressLaw(duration),
         clipped=lambda q: q,
     )
@@ -304,3 +306,22 @@ def test_certification_names_traps_and_lost_starts(flat: GraspController) -> Non
     assert np.linalg.norm(navigation.value_and_gradient(place, goal)[1]) < 1e-2
     lost, paths = not_arriving(navigation, goal, grid(navigation, 3))
     assert len(lost) == len(paths) == len(found.lost_starts)
+
+
+def test_numbers_of_objects_are_told_where_the_controller_knows_objects_by_them(
+    recordings: RecordingSet,
+) -> None:
+    """Widths that differ are numbers; one that all share tells nothing, and names are told."""
+    widths = {name: 0.02 * i for i, name in enumerate(dict.fromkeys(r.object for r in recordings))}
+    told = RecordingSet(tuple(
+        replace(r, extra={"object_width_m": str(widths[r.object])}) for r in recordings
+    ))  # fmt: skip
+    same = RecordingSet(tuple(replace(r, extra={"object_width_m": "0.05"}) for r in recordings))
+    few = RecordingSet((*told.recordings[:-1], replace(told[-1], extra={})))
+    names = evaluate(learn_controller(recordings).controller, recordings)
+    for those in (same, few):
+        assert evaluate(learn_controller(those).controller, those).ratio == names.ratio
+    by_width = learn_controller(told).controller
+    assert by_width.predictor is not None
+    assert by_width.predictor.objects[0].numbers == ("object_width_m",)
+    assert evaluate(by_width, told).ratio == pytest.approx(names.ratio, abs=0.05)

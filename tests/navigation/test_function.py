@@ -8,7 +8,7 @@ import pytest
 
 from handsim.errors import InputError
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
-from handsim.navigation.function import NavigationFunction
+from handsim.navigation.function import NavigationFunction, _metric_of_one
 from handsim.navigation.metric import DestinationMetric
 from handsim.navigation.obstacle import ExponentialObstacle, Obstacle, SplineObstacle
 
@@ -232,3 +232,15 @@ def test_bad_exponents_and_destinations() -> None:
     negative = SplineObstacle(TensorBSpline(basis(), np.full(basis().shape, -0.5)))
     with pytest.raises(InputError, match="not positive"):
         NavigationFunction(negative, 2).check_goal(GOAL)
+
+
+def test_the_metric_of_one_destination_is_that_of_many() -> None:
+    rng = np.random.default_rng(1)
+    half = rng.normal(size=(6, 3, 3))
+    logs = 0.3 * (half + np.swapaxes(half, 1, 2))
+    metric = DestinationMetric(rng.normal(size=(5, 3)), logs, 0.8)
+    of_one = _metric_of_one(metric)
+    goals = rng.normal(size=(20, 3))
+    for goal, wanted in zip(goals, metric.at(goals), strict=True):
+        np.testing.assert_allclose(of_one(goal), wanted, rtol=1e-9, atol=1e-12)
+        assert of_one(goal.copy()) is of_one(goal)  # the latest is kept

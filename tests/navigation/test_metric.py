@@ -120,13 +120,3 @@ def test_the_slope_of_the_exponential_is_its_derivative() -> None:
     slopes = (exponential(logs + step * along) - exponential(logs - step * along)) / (2 * step)
     scale = np.abs(slopes).max(axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(exponential_slope(logs, along) / scale, slopes / scale, atol=1e-7)
-
-
-def test_one_destination_has_the_metric_that_many_have() -> None:
-    rng = np.random.default_rng(1)
-    half = rng.normal(size=(6, 3, 3))
-    metric = DestinationMetric(rng.normal(size=(5, 3)), half + np.swapaxes(half, 1, 2), 0.8)
-    goals = rng.normal(size=(20, 3))
-    for goal, wanted in zip(goals, metric.at(goals), strict=True):
-        np.testing.assert_allclose(metric.of_one(goal), wanted, rtol=1e-9, atol=1e-12)
-        assert metric.of_one(goal.copy()) is metric.of_one(goal)  # the latest is kept

@@ -48,6 +48,8 @@ class Curve:
             u * u * u,
         )
         points = _weighted(four, weights) / 6.0
+        for end, point in ((0.0, self.points[0]), (1.0, self.points[-1])):  # to the bit
+            points = np.where((inside == end)[:, None], point, points)
         beyond = s - inside
         if np.any(beyond):
             points = points + beyond[:, None] * self.slope(inside)
@@ -96,3 +98,9 @@ def _weighted(four: Array, weights: tuple[Array, ...]) -> Array:
     for points, weight in zip(four[1:], weights[1:], strict=True):
         result = result + points * weight
     return result
+
+
+def interpolated(x: Array, known: Array, points: Array) -> Array:
+    """Return points (m, d) at ``x`` (m,) between points (n, d) at ``known`` (n,), increasing."""
+    columns: list[Array] = list(points.T)
+    return np.column_stack([np.interp(x, known, column) for column in columns])

@@ -29,11 +29,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handsim.learning.guide.curve import Curve
+from handsim.learning.guide.curve import Curve, interpolated
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.obstacle import ExponentialObstacle
-from handsim.navigation.paths import arc_length, interpolated
+from handsim.navigation.paths import arc_length
 from handsim.reproducible import dots, units
 from handsim.types import Array
 

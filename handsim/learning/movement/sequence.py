@@ -4,9 +4,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from handsim.learning.guide.curve import interpolated
 from handsim.navigation.flow import FlowPath
 from handsim.navigation.function import NavigationFunction
-from handsim.navigation.paths import arc_length, interpolated
+from handsim.navigation.paths import arc_length
 from handsim.types import Array
 
 TimeLaw = Literal["learned", "minimum-jerk", "gradient"]

@@ -55,6 +55,9 @@ def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatc
         def cost(self, plan):
             return {"first": -0.1, "second": -0.3}[plan]
 
+        def confirmed(self, plan):
+            return {"first": 0.4, "second": 0.6}.get(plan, 0.95), plan
+
         def from_start(self, start, generations, seed):
             searched.append((self.hold, start))
             return -0.5, f"better than {start}"
@@ -99,6 +102,7 @@ def test_the_search_tries_and_runs_what_the_plan_says(controller, starts, monkey
     tried, run = [], []
     monkeypatch.setattr(planner._Search, "starts", lambda self: [])
     monkeypatch.setattr(planner._Search, "cost", lambda self, plan: tried.append(plan) or -0.1)
+    monkeypatch.setattr(planner._Search, "confirmed", lambda self, plan: (0.5, plan))
 
     def run_plan(controller, scene, plan):
         run.append(plan)
@@ -126,6 +130,9 @@ def test_seeds_of_one_planning_do_not_reach_those_of_the_next(controller, monkey
         def cost(self, plan):
             return plan
 
+        def confirmed(self, plan):
+            return 0.0, plan
+
         def from_start(self, start, generations, seed):
             seeds.append(seed)
             return planner.NOMINAL_FAILS + (start - 2.9), start
@@ -138,3 +145,52 @@ def test_seeds_of_one_planning_do_not_reach_those_of_the_next(controller, monkey
     planner.plan_grasp(controller, TASK, Conditions(), seed=planner.SEEDS)
     assert seeds
     assert planner.SEEDS <= min(seeds) <= max(seeds) < 2 * planner.SEEDS
+
+
+def test_of_what_is_found_that_is_kept_which_holds_in_runs_that_no_search_has_seen(
+    controller, monkeypatch
+):
+    """The cheapest plan is not the best; a known plan that always holds ends the search."""
+    share = {"known": 0.3, "start": 0.2, "found 0": 0.4, "found 1": 0.8, "found 2": 0.5}
+    searches = []
+
+    class Search:
+        def __init__(self, controller, task, conditions):
+            pass
+
+        def aimed(self, plan):
+            return plan
+
+        def starts(self):
+            return ["start"]
+
+        def cost(self, plan):
+            return {"known": -0.1, "start": -0.9}[plan]
+
+        def confirmed(self, plan):
+            return share[plan], plan
+
+        def from_start(self, start, generations, seed):
+            searches.append(start)
+            return -1.0, f"found {len(searches) - 1}"
+
+    def run_plan(controller, scene, plan):
+        return SimpleNamespace(outcome=SimpleNamespace(success=True))
+
+    monkeypatch.setattr(planner, "_Search", Search)
+    monkeypatch.setattr(planner, "run_plan", run_plan)
+    assert planner.plan_grasp(controller, TASK, Conditions(), "known")[0] == "found 1"
+    assert searches == ["start", "known"]
+    share["known"] = planner.ENOUGH
+    assert planner.plan_grasp(controller, TASK, Conditions(), "known")[0] == "known"
+    assert searches == ["start", "known"]
+
+
+def test_a_plan_is_confirmed_by_its_share_of_runs_that_hold(search, monkeypatch):
+    costs = iter([-0.5] * 3 + [-0.5, -0.5, 2.0, -0.5, -0.5, 2.0])  # nominal and tried, then unseen
+    monkeypatch.setattr(search, "_cost_on", lambda scene, plan: next(costs))
+    share, plan = search.confirmed("plan")
+    assert plan == "plan" and len(search.unseen) == planner.N_CONFIRMED == 6
+    assert share == pytest.approx((1 + 4 - 0.01 * (4 * -0.5 + 2 * 2.0) / 6) / 7)
+    monkeypatch.setattr(search, "_cost_on", lambda scene, plan: 3.0)
+    assert search.confirmed("plan") == (0.0, "plan")

@@ -33,7 +33,7 @@ def plan(controller):
 def test_a_destination_in_the_subspace_is_followed_to_the_bit(controller, plan):
     z_goal = plan.z_goal + 0.01
     driver = learned_driver(controller, replace(plan, z_goal=z_goal), LEAD, SCHEDULE)
-    assert driver.z_goal.tobytes() == driver.timing.z_goal.tobytes() == z_goal.tobytes()
+    assert driver.z_goal.tobytes() == driver.timing.field.z_goal.tobytes() == z_goal.tobytes()
     lifted = clip_to_range(controller.subspace.inverse_transform(z_goal))
     np.testing.assert_array_equal(driver.targets(SCHEDULE.reach, plan.q_start), lifted)
 
