@@ -44,11 +44,11 @@ SUBSTITUTIONS = {
 ROOMS = (
     "recordings", "recordings.columns", "recordings.cutting", "recordings.fitting",
     "recordings.glove", "recordings.importers", "recordings.importers.ninapro",
-    "recordings.points", "navigation", "learning", "learning.direction", "learning.guide",
-    "learning.movement", "learning.pde", "learning.fit", "driving", "hand", "objects", "tasks",
-    "retargeting", "grasping", "grasping.planning", "grasping.rollout", "grasping.judging",
-    "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures", "viewing.live",
-    "viewing.opengl", "cli", "cli.recordings",
+    "recordings.points", "navigation", "navigation.proof", "learning", "learning.direction",
+    "learning.general", "learning.guide", "learning.movement", "learning.pde", "learning.fit",
+    "driving", "hand", "objects", "tasks", "retargeting", "grasping", "grasping.planning",
+    "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline", "viewing",
+    "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip
 
 

@@ -41,7 +41,7 @@ def test_it_goes_from_start_to_destination(controller: GraspController) -> None:
     assert driven.goal_distance < np.deg2rad(4)
     assert driven.progress[-1] == pytest.approx(1.0, abs=1e-12)
     # Progress is linear for people's mean timing, from which this task's departs a little.
-    np.testing.assert_allclose(driven.progress[1:], values[1:], atol=0.02)
+    np.testing.assert_allclose(driven.progress[1:], values[1:], atol=0.03)
     subspace = controller.subspace
     first = clip_to_range(subspace.inverse_transform(subspace.transform(known.q_start)))
     np.testing.assert_allclose(driven.q[0], first, atol=1e-9)
