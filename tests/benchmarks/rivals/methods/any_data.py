@@ -17,18 +17,19 @@ class AnyData(Rival):
 
     Parameters
     ----------
-    options
+    n_refinements
         Of the learner.
     """
 
     argument = "the distance falls, or cell by cell"
 
-    def __init__(self, **options: int) -> None:
-        self.options = options
+    def __init__(self, n_refinements: int = 4) -> None:
+        self.n_refinements = n_refinements
 
     def fit(self, movements: Sequence[Movement]) -> Self:
         """Learn one field for all movements."""
-        self.learner = NavigationLearner(**self.options).fit([each.path for each in movements])
+        learner = NavigationLearner(n_refinements=self.n_refinements)
+        self.learner = learner.fit([each.path for each in movements])
         return self
 
     def predict(self, query: Query) -> Motion:
