@@ -12,6 +12,7 @@ from sklearn.mixture import GaussianMixture
 sys.path.insert(0, str(Path(__file__).parent))
 from rivals.__main__ import main
 from rivals.data import Space, Trial, TrialSet, read_sets
+from rivals.methods.any_data import AnyData
 from rivals.methods.kernel_mean import KernelMean
 from rivals.methods.lpv_ds import LinearParameterVarying, LinearSystems, Model, fitted
 from rivals.methods.navigation import OurController, PaperField
@@ -225,6 +226,17 @@ def test_ours_are_scored_as_by_evaluate(recordings, guided: bool) -> None:
     assert found.mean("rms") == pytest.approx(known.rms_over_time_deg, rel=0.02)
     assert found.mean("floor") == pytest.approx(known.rms_truncation_deg, rel=1e-9)
     assert found.mean("speed_correlation") == pytest.approx(known.speed_correlation, abs=0.02)
+
+
+def test_paths_of_any_data_are_led_to_their_destination_by_proof(trials: TrialSet) -> None:
+    left = tuple(Trial(t.object, t.time, t.q - t.q[-1]) for t in trials.trials[:3])
+    one = TrialSet("left", left, None, "mm", 10.0)
+    found = run(partial(AnyData, n_refinements=1), one, in_training(3))
+    assert found.ratio < 0.2
+    assert found.arrived == found.proven == 3
+    rival = AnyData(n_refinements=0).fit(movements(one))
+    far = Query(np.zeros(2), np.array([90.0, 0.0]), "left", 2.0)
+    assert not arrives(rival.predict(far), far.goal)
 
 
 def test_modes_that_share_a_fit_are_charged_for_it(trials: TrialSet) -> None:

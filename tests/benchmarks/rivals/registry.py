@@ -6,6 +6,7 @@ from functools import partial
 from handsim.learning.direction.learner import DirectionLearner
 from handsim.learning.guide.predictor import GuideSettings
 
+from .methods.any_data import AnyData
 from .methods.kernel_mean import KernelMean
 from .methods.lpv_ds import LinearParameterVarying
 from .methods.navigation import OurController, PaperField
@@ -42,6 +43,7 @@ RIVALS: Rivals = {
     "process of paths": partial(PathProcess, UNKNOWN),
     "process of paths, object known": partial(PathProcess, KNOWN),
     "the paper's learner": PaperField,
+    "ours, any data": AnyData,
     "ours, one flow, free": _flow(),
     "ours, one flow, certified": _flow(certified=True),
     "ours, guided": _guided(object_known=False),
