@@ -62,6 +62,18 @@ class Curve:
         weights = (-v * v, u * (3.0 * u - 4.0), v * (4.0 - 3.0 * v), u * u)
         return _weighted(four, weights) * (0.5 * self.n_cells)
 
+    def jet(self, s: float) -> tuple[Array, Array]:
+        """Return point and derivative (n,) at one parameter from 0 to 1; for loops."""
+        place = min(max(s, 0.0), 1.0) * self.n_cells
+        cell = min(int(place), self.n_cells - 1)
+        a, b, c, d = self._padded[cell : cell + 4]
+        u = place - cell
+        v = 1.0 - u
+        point = v**3 * a + (4.0 - 6.0 * u * u + 3.0 * u**3) * b
+        point = (point + (4.0 - 6.0 * v * v + 3.0 * v**3) * c + u**3 * d) / 6.0
+        slope = -v * v * a + u * (3.0 * u - 4.0) * b + v * (4.0 - 3.0 * v) * c + u * u * d
+        return point, slope * (0.5 * self.n_cells)
+
     def _around(self, s: Array) -> tuple[Array, Array]:
         """Return the control points (4, N, n) that count at s, and the place (N, 1) in the cell."""
         place = s * self.n_cells

@@ -26,6 +26,7 @@ progress it begins. `GuidedField.leading` makes the workspace wide enough for th
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -93,16 +94,21 @@ class GuidedField:
         """The destination (n,) [rad]."""
         return self.guide.points[-1]
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length of the guide [rad]."""
         return float(arc_length(self.guide.points)[-1])
 
+    @cached_property
+    def _inner(self) -> tuple[Array, Array]:
+        """Corners (n,) of the workspace without its closing layer [rad]."""
+        width = self.obstacle.width
+        return self.obstacle.lower + width, self.obstacle.upper - width
+
     @property
     def proven(self) -> bool:
         """Whether the proof holds: all numbers finite, and c(s) inside the closing layer."""
-        low = self.obstacle.lower + self.obstacle.width
-        high = self.obstacle.upper - self.obstacle.width
+        low, high = self._inner
         centres = self.guide.centres()
         inside = ((centres > low) & (centres < high)).all()
         finite = np.isfinite(centres).all() and np.isfinite([self.k, self.pull, self.length]).all()
@@ -163,11 +169,16 @@ class GuidedField:
             (ds/dt) / (1 - s), limited as fits a loop with delays: `pull` times so fast a deviation
             from the guide is made up.
         """
-        s = np.full(len(z), progress)
-        e = self.straightened(z, s)
-        left = max(1.0 - progress, _LEAST_LEFT)
-        e[:, -1] = -left * self.length
-        flow = self._flow(e, z, s)
-        rising = np.maximum(flow[:, -1:], _LEAST_LEFT)
-        back = self.length * flow[:, :-1] / rising
-        return rate * self.guide.slope(s) + closing * left * back
+        point, slope = self.guide.jet(progress)
+        left, y = max(1.0 - progress, _LEAST_LEFT), z - point
+        forward = left * self.length
+        low, high = self._inner
+        if ((z > low) & (z < high)).all():  # no wall is near: the flow in closed form
+            speed = np.sqrt(self.pull * self.pull * dots(y, y) + forward * forward)
+            rising = np.maximum(forward, _LEAST_LEFT * speed)
+            back = (-self.length * self.pull / rising)[:, None] * y
+        else:
+            e = np.column_stack([y, np.full(len(z), -forward)])
+            flow = self._flow(e, z, np.full(len(z), progress))
+            back = self.length * flow[:, :-1] / np.maximum(flow[:, -1:], _LEAST_LEFT)
+        return rate * slope + closing * left * back

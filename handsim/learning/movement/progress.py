@@ -105,6 +105,5 @@ class ProgressLaw:
     def _at(self, x: float) -> tuple[float, float]:
         if self._spline is None:
             return _covered(x), 30.0 * x**2 * (1.0 - x) ** 2 / self.duration
-        place = np.array([x])
-        slope = float(self._spline.slope(place)[0, 0])
-        return float(self._spline.at(place)[0, 0]), max(slope, 0.0) / self.duration
+        covered, slope = self._spline.jet(x)
+        return float(covered[0]), max(float(slope[0]), 0.0) / self.duration

@@ -43,3 +43,10 @@ def test_points_that_rise_make_a_curve_that_rises() -> None:
     rising = Curve(np.array([0.0, 0.0, 0.7, 0.7, 1.0])[:, None])
     values = rising.at(np.linspace(0.0, 1.0, 500))[:, 0]
     assert (np.diff(values) >= -1e-15).all() and values[-1] == pytest.approx(1.0)
+
+
+def test_single_parameters_give_what_many_give() -> None:
+    for s in (0.0, 0.013, 0.5, 0.97, 1.0):
+        point, slope = CURVE.jet(s)
+        np.testing.assert_allclose(point, CURVE.at(np.array([s]))[0], atol=1e-13)
+        np.testing.assert_allclose(slope, CURVE.slope(np.array([s]))[0], atol=1e-12)

@@ -113,3 +113,16 @@ def test_velocity_on_the_guide_is_its_own_and_beside_it_leads_back() -> None:
     flow = field.flow(field.straightened(z, np.full(2, s)))
     along = field.velocity(z, s, 1.0, 1 / (1 - s)) - field.guide.slope(np.array([s]))
     np.testing.assert_allclose(along, field.length * flow[:, :-1] / flow[:, -1:], rtol=1e-9)
+
+
+def test_velocities_near_a_wall_are_of_the_flow_too() -> None:
+    field = led(winding(3))
+    s, low, high = 0.5, field.obstacle.lower, field.obstacle.upper
+    inside = field.guide.at(np.array([s])) + 0.02
+    beside = np.array([[high[0] - 0.3 * WIDTH[0], *inside[0, 1:]]])
+    for z in (inside, beside):
+        flow = field.flow(field.straightened(z, np.array([s])))
+        back = field.length * flow[:, :-1] / np.maximum(flow[:, -1:], 0.05)
+        wanted = 0.4 * field.guide.slope(np.array([s])) + 0.8 * (1 - s) * back
+        np.testing.assert_allclose(field.velocity(z, s, 0.4, 0.8), wanted, rtol=1e-9, atol=1e-12)
+    assert (field.obstacle.closure(beside)[1][0] != 0).any() and (beside > low).all()
