@@ -66,6 +66,12 @@ def units(x: Array) -> Array:
     return x / np.where(length > 0.0, length, 1.0)
 
 
+def spread(points: Array) -> float:
+    """Return the root of the mean squared distance of points (N, n) from their mean."""
+    away = points - mean(points)
+    return float(np.sqrt(mean(dots(away, away))))
+
+
 def product(a: Array, b: Array) -> Array:
     """Return matrix products (..., i, k) of (..., i, j) and (..., j, k), both small."""
     result = a[..., :, :1] * b[..., :1, :]

@@ -15,8 +15,9 @@ from handsim.errors import InputError
 from handsim.learning.controller import GraspController
 from handsim.learning.guide.likeness import Grasped
 from handsim.learning.movement.progress import MAX_DURATION
-from handsim.learning.movement.sequence import at_fractions
+from handsim.learning.over_time import posture_rms_deg
 from handsim.navigation.flow import ARRIVAL
+from handsim.navigation.paths import at_arc_length
 from handsim.result import Result
 from handsim.types import Array
 
@@ -107,7 +108,7 @@ def drive_postures(
         rule = replace(rule, curve=covered)
     driver = SignalDriver(rule)
     progress = np.array([driver.step(value, dt) for value, dt in zip(values, steps, strict=True)])
-    q = controller.clipped(subspace.inverse_transform(at_fractions(path.points, progress)))
+    q = controller.clipped(subspace.inverse_transform(at_arc_length(path.points, progress)))
     goal = subspace.inverse_transform(subspace.transform(q_goal))
     distance = float(np.linalg.norm(q[-1] - goal))
     arrived = path.arrived and distance <= ARRIVAL
@@ -122,11 +123,6 @@ def drive_postures(
         _time_law_rms(controller, time, q_recorded, q_start, q_goal, grasped),
     )  # fmt: skip
     return Driven(time, q, progress, missing, arrived, reason, distance, *scores)
-
-
-def posture_rms_deg(q: Array, reference: Array) -> float:
-    """Return the root of the mean squared difference of postures, both (n, 22) [rad], in deg."""
-    return float(np.rad2deg(np.sqrt(np.mean((q - reference) ** 2))))
 
 
 def _time_law_rms(

@@ -12,7 +12,7 @@ from handsim.learning.demonstration import Demonstration
 from handsim.recordings.columns.text_table import Table
 from handsim.recordings.delimited import read_table
 from handsim.recordings.posture_file import CHANNEL, checked_postures, read_posture_table
-from handsim.recordings.recording import MIN_FRAMES
+from handsim.recordings.recording import check_times
 from handsim.recordings.signals import DISTANCE, ENVELOPE, signals_of
 from handsim.types import Array
 
@@ -129,22 +129,12 @@ def _columns(table: Table) -> tuple[Array, dict[str, Array]]:
         raise FileError(_at(table, table.header_line + 1, TIME, f"unit '{unit}'; give seconds"))
     values = table.values(range(len(names)))
     time = values[:, place]
-    _check_time(table, time)
-    return time, {n: values[:, i] for i, n in enumerate(names) if n and i != place}
-
-
-def _check_time(table: Table, time: Array) -> None:
-    if len(time) < MIN_FRAMES:
-        raise FileError(f"{table.path}: {len(time)} frames; at least {MIN_FRAMES} are needed")
     wrong = np.flatnonzero(~np.isfinite(time))
     if wrong.size:
         row = int(table.numbers[wrong[0]])
         raise FileError(_at(table, row, TIME, "is not a finite number; remove the row"))
-    backward = np.flatnonzero(np.diff(time) <= 0)
-    if backward.size:
-        i = int(backward[0]) + 1
-        said = f"{time[i]:g} s follows {time[i - 1]:g} s; time must increase"
-        raise FileError(_at(table, int(table.numbers[i]), TIME, said))
+    check_times(str(table.path), time, table.numbers)
+    return time, {n: values[:, i] for i, n in enumerate(names) if n and i != place}
 
 
 def _at(table: Table, row: int, column: str, said: str) -> str:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from handsim.joints import JOINT_INDEX, N_JOINTS
 from handsim.learning.movement.progress import minimum_jerk
+from handsim.learning.subspace import PostureSubspace
 from handsim.tasks.task import Step, Task
 from handsim.types import Array
 
@@ -115,6 +116,10 @@ class GraspPlan:
     squeeze: float = 1.0
     arrive: float = 0.85
     z_goal: Array | None = None
+
+    def goal_in(self, subspace: PostureSubspace) -> Array:
+        """Return the destination in a subspace: ``z_goal``, or the projection of ``q_goal``."""
+        return subspace.transform(self.q_goal) if self.z_goal is None else self.z_goal
 
 
 @dataclass(frozen=True)

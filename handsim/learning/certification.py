@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from handsim.learning.controller import GraspController
+from handsim.learning.direction.descent import box_corners
+from handsim.learning.guide.likeness import Grasped
 from handsim.navigation import certificate
 from handsim.navigation.critical_points import critical_points, grid
 from handsim.navigation.flow import FlowPath, follow
@@ -87,12 +89,20 @@ def covered(controller: GraspController, goals: Array | None) -> bool | None:
     low, high = controller.reach
     start = np.mean([d.z_start for d in controller.demonstrations], axis=0)
     inside = bool(((goals > low) & (goals < high)).all())
-    return inside and all(_proven(controller, start, goal) for goal in goals)
+    return inside and all(proves(controller, start, goal) for goal in goals)
 
 
-def _proven(controller: GraspController, start: Array, goal: Array) -> bool:
-    field = controller.field(start, goal)
-    return field is not None and field.proven
+def proves(
+    controller: GraspController, z_start: Array, z_goal: Array, grasped: Grasped | None = None
+) -> bool:
+    """Whether every start is proven to reach a destination by what a query follows.
+
+    Parameters as in `GraspController.field`; a destination that is refused raises as there.
+    """
+    field = controller.field(z_start, z_goal, grasped)
+    if field is None:
+        return certificate.certify(controller.navigation, z_goal[None]).certified
+    return field.proven
 
 
 def certify(
@@ -119,7 +129,7 @@ def certify(
     covers = {
         "recorded": covered(controller, goals),
         "planned": covered(controller, planned),
-        "inner": covered(controller, _corners(*navigation.inner)),
+        "inner": covered(controller, box_corners(_inset(*navigation.inner))),
     }
     starts = grid(navigation, per_dimension)
     counts = {"minimum": 0, "saddle": 0, "maximum": 0, "degenerate": 0}
@@ -158,11 +168,10 @@ def certify(
     )
 
 
-def _corners(low: Array, high: Array) -> Array:
-    """Return the corners (2**n, n) of a box, a hair inside: on its faces no destination lies."""
+def _inset(low: Array, high: Array) -> Array:
+    """Return opposite corners (2, n) of a box, a hair inside: no destination lies on its faces."""
     inset = 1e-6 * (high - low)
-    ends = [(float(a), float(b)) for a, b in zip(low + inset, high - inset, strict=True)]
-    return np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, len(ends))
+    return np.array([low + inset, high - inset])
 
 
 def _place(name: str, z: Array) -> dict[str, Any]:

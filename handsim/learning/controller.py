@@ -22,15 +22,15 @@ from handsim.learning.movement.sequence import (
     TIME_LAWS,
     PostureSequence,
     TimeLaw,
-    at_fractions,
     by_gradient,
     frame_times,
 )
 from handsim.learning.movement.timing import FieldTiming, GuidedTiming, Timing
 from handsim.learning.subspace import PostureSubspace
 from handsim.navigation.flow import ARRIVAL, FlowPath, follow
-from handsim.navigation.function import NavigationFunction, check_inside
+from handsim.navigation.function import NavigationFunction, inside_box
 from handsim.navigation.obstacle import ExponentialObstacle
+from handsim.navigation.paths import at_arc_length
 from handsim.types import Array
 
 SCHEMA = 4
@@ -179,11 +179,7 @@ class GraspController:
         """
         if self.guide is None:
             return self.navigation.check_goal(z_goal)
-        goal, n = np.asarray(z_goal, dtype=float), self.navigation.n_dimensions
-        if goal.shape != (n,) or not np.isfinite(goal).all():
-            raise InputError(f"destination of shape {goal.shape}; give {n} finite coordinates")
-        check_inside(goal, *self.reach)
-        return goal
+        return inside_box(z_goal, *self.reach)
 
     def _ends(self, z_start: Array, z_goal: Array) -> tuple[Array, Array]:
         goal = self.check_goal(z_goal)
@@ -281,7 +277,7 @@ class GraspController:
             if time_law == "learned":
                 law = self.progress(start, goal, seconds, grasped)
             time = frame_times(seconds, rate)
-            z = at_fractions(path.points, law.covered(time))
+            z = at_arc_length(path.points, law.covered(time))
         return self._sequence(time, z, path, goal)
 
     def _sequence(self, time: Array, z: Array, path: FlowPath, goal: Array) -> PostureSequence:

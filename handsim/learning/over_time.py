@@ -13,9 +13,8 @@ import numpy as np
 
 from handsim.learning.controller import GraspController
 from handsim.learning.guide.likeness import Grasped
-from handsim.learning.movement.sequence import at_fractions
 from handsim.navigation.flow import FlowPath
-from handsim.navigation.paths import arc_length
+from handsim.navigation.paths import arc_length, at_arc_length
 from handsim.recordings.recording import Recording
 from handsim.types import Array
 
@@ -70,25 +69,26 @@ def over_time(
     z = subspace.transform(recording.q)
     length = arc_length(z)
     law = controller.progress(z[0], z[-1], recording.duration, grasped)
-    as_recorded = at_fractions(followed.points, length / max(float(length[-1]), 1e-12))
+    as_recorded = at_arc_length(followed.points, length / max(float(length[-1]), 1e-12))
     projected = subspace.inverse_transform(z)
     on_path = controller.clipped(subspace.inverse_transform(as_recorded))
-    points = at_fractions(followed.points, law.covered(time))
+    points = at_arc_length(followed.points, law.covered(time))
     moved = controller.clipped(subspace.inverse_transform(points))
     speed, recorded = _speed(moved, time), _speed(recording.q, time)
     peaks = time[[int(np.argmax(speed)), int(np.argmax(recorded))]] / recording.duration
     return OverTime(
-        rms_over_time_deg=_rms_deg(moved, recording.q),
-        rms_truncation_deg=_rms_deg(projected, recording.q),
-        rms_clipping_deg=_rms_deg(controller.clipped(projected), recording.q),
-        rms_path_deg=_rms_deg(on_path, recording.q),
+        rms_over_time_deg=posture_rms_deg(moved, recording.q),
+        rms_truncation_deg=posture_rms_deg(projected, recording.q),
+        rms_clipping_deg=posture_rms_deg(controller.clipped(projected), recording.q),
+        rms_path_deg=posture_rms_deg(on_path, recording.q),
         speed_correlation=_correlation(speed, recorded),
         peak_time_error=float(abs(peaks[0] - peaks[1])),
     )
 
 
-def _rms_deg(a: Array, b: Array) -> float:
-    return float(np.rad2deg(np.sqrt(np.mean((a - b) ** 2))))
+def posture_rms_deg(q: Array, reference: Array) -> float:
+    """Return the root of the mean squared difference of postures, both (n, 22) [rad], in deg."""
+    return float(np.rad2deg(np.sqrt(np.mean((q - reference) ** 2))))
 
 
 def _speed(q: Array, time: Array) -> Array:

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from handsim.errors import InputError
+from handsim.learning.certification import proves
 from handsim.learning.controller import GraspController
 from handsim.learning.guide.likeness import Grasped, object_numbers
 from handsim.learning.over_time import SCORED, over_time
-from handsim.navigation.certificate import certify
 from handsim.navigation.flow import FlowPath
 from handsim.navigation.paths import N_COMPARED, at_arc_length, between_ends, path_error
 from handsim.recordings.recording import Recording, RecordingSet
@@ -213,7 +213,7 @@ def _row(
         "name": recording.name,
         "object": recording.object,
         "arrived": rollout.arrived,
-        "proven": not refused and _is_proven(controller, path, grasped),
+        "proven": not refused and proves(controller, path[0], path[-1], grasped),
         "path_error_deg": _degrees(path_error(rollout.points, path)),
         "straight_error_deg": _degrees(path_error(path[[0, -1]], path)),
         "repeatability_deg": None if repeat is None else _degrees(repeat),
@@ -232,14 +232,6 @@ def _grasped(controller: GraspController, recording: Recording) -> Grasped:
     predictor, numbers = controller.predictor, object_numbers(recording.extra)
     asked = predictor.objects[0].numbers if predictor else ()
     return numbers if asked and set(asked) <= set(numbers) else recording.object
-
-
-def _is_proven(controller: GraspController, path: Array, grasped: Grasped | None) -> bool:
-    """Whether the destination of a path is proven to be reached from everywhere."""
-    guided = controller.field(path[0], path[-1], grasped)
-    if guided is not None:
-        return guided.proven
-    return certify(controller.navigation, path[-1:]).certified
 
 
 def _summarise(rows: list[dict[str, Any]], explained: float, object_known: bool) -> Scores:

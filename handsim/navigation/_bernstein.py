@@ -61,6 +61,10 @@ class Cells:
             size = np.concatenate([size, size])
         return Cells(origin, size, c)
 
+    def farthest(self, low: Array, high: Array) -> Array:
+        """Greatest distance, along each dimension, of a point of a cell from a box, (N, n)."""
+        return np.maximum(np.abs(self.origin - high), np.abs(self.origin + self.size - low))
+
     def corner(self, cell: int, corner: int) -> Array:
         """Position of the corner that `corner_index` lists at ``corner``."""
         n = len(self.origin[0])

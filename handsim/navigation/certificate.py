@@ -104,7 +104,8 @@ def certify(navigation: NavigationFunction, goals: Array, tolerance: float = 1e-
     if not _is_finite(navigation, goals):
         return Certificate(False, None, None, "a coefficient or a destination is not finite")
     if isinstance(obstacle, ExponentialObstacle):
-        inner = (low >= obstacle.lower + obstacle.width) & (high <= obstacle.upper - obstacle.width)
+        lower, upper = obstacle.inner
+        inner = (low >= lower) & (high <= upper)
         if not inner.all():
             return Certificate(False, None, None, "a destination lies in the closing layer")
         bound = descent_supremum(obstacle.chi, low, high, tolerance)
@@ -235,15 +236,10 @@ def _greatest_on_faces(cells: Cells, low: Array, high: Array) -> float:
             beta = ends[..., 0 if outward < 0 else 1].reshape(len(own.origin), -1)
             slope = outward * degree * np.diff(ends, axis=-1).reshape(len(beta), -1)
             slope = slope / own.size[:, i, None]
-            reach = (_farthest(own, low, high) ** 2).sum(axis=1, keepdims=True) / nearest
+            reach = (own.farthest(low, high) ** 2).sum(axis=1, keepdims=True) / nearest
             rising = np.maximum(slope, 0.0)
             greatest = max(greatest, float(_greatest_ratio(rising * reach, 2.0 * beta).max()))
     return greatest * (1 + 1e-12)
-
-
-def _farthest(cells: Cells, low: Array, high: Array) -> Array:
-    """Greatest distance, along each dimension, of a point of a cell from a destination, (N, n)."""
-    return np.maximum(np.abs(cells.origin - high), np.abs(cells.origin + cells.size - low))
 
 
 def _rounding_of(cells: Cells, low: Array, high: Array) -> Array:
@@ -253,7 +249,7 @@ def _rounding_of(cells: Cells, low: Array, high: Array) -> Array:
     differences are divided by the size of the cell and multiplied with distances to destinations.
     """
     degree = cells.coefficients.shape[1] - 1
-    extent = _farthest(cells, low, high)
+    extent = cells.farthest(low, high)
     largest = np.abs(cells.coefficients).reshape(len(extent), -1).max(axis=1)
     slopes = 2.0 * degree * largest[:, None] * extent / cells.size
     n_sums = 4 * (degree + 1) ** 2 * len(low)

@@ -35,17 +35,26 @@ def check_exponent(k: float) -> None:
         raise InputError(f"k = {k:g}; give 2 or more, up to {MAX_K:g}")
 
 
-def check_inside(z_goal: Array, low: Array, high: Array) -> None:
-    """Raise InputError unless a destination (n,) lies inside a box, all [rad]."""
-    edge = _EDGE * (high - low)
-    outside = np.flatnonzero((z_goal <= low + edge) | (z_goal >= high - edge))
+def inside_box(z_goal: Array, low: Array, high: Array) -> Array:
+    """Return a destination as an array, if it is one that lies inside a box, all (n,) [rad].
+
+    Raises
+    ------
+    InputError
+        If it has the wrong size, is not finite or lies outside.
+    """
+    goal, edge = np.asarray(z_goal, dtype=float), _EDGE * (high - low)
+    if goal.shape != low.shape or not np.isfinite(goal).all():
+        raise InputError(f"destination of shape {goal.shape}; give {len(low)} finite coordinates")
+    outside = np.flatnonzero((goal <= low + edge) | (goal >= high - edge))
     if outside.size:
         i = int(outside[0])
         raise InputError(
-            f"destination {np.rad2deg(z_goal[i]):.1f} deg in component {i + 1} is outside the "
+            f"destination {np.rad2deg(goal[i]):.1f} deg in component {i + 1} is outside the "
             f"workspace of {np.rad2deg(low[i]):.1f} to {np.rad2deg(high[i]):.1f} deg; choose a "
             "posture nearer to the recorded ones"
         )
+    return goal
 
 
 @dataclass(frozen=True)
@@ -82,9 +91,7 @@ class NavigationFunction:
     @property
     def inner(self) -> tuple[Array, Array]:
         """Corners (n,) [rad] of the box of possible destinations, without the closing layer."""
-        low, high = self.obstacle.lower, self.obstacle.upper
-        width = getattr(self.obstacle, "width", np.zeros(len(low)))
-        return low + width, high - width
+        return self.obstacle.inner
 
     def check_goal(self, z_goal: Array) -> Array:
         """Return a destination as an array, if the navigation function can lead there.
@@ -95,12 +102,7 @@ class NavigationFunction:
             If it has the wrong size, lies outside the workspace, in its closing layer (where paths
             to it need not arrive) or where beta is not positive.
         """
-        goal = np.asarray(z_goal, dtype=float)
-        if goal.shape != (self.n_dimensions,) or not np.isfinite(goal).all():
-            raise InputError(
-                f"destination of shape {goal.shape}; give {self.n_dimensions} finite coordinates"
-            )
-        check_inside(goal, *self.inner)
+        goal = inside_box(z_goal, *self.inner)
         if self.obstacle.evaluator(self.k)(goal.tolist())[0] <= log(TINY_BETA) + 1e-9:
             raise InputError(
                 "the obstacle function is not positive at the destination; choose a posture "

@@ -41,6 +41,11 @@ class Obstacle(Protocol):
         """Upper corner of the workspace, (n,) [rad]."""
         ...
 
+    @property
+    def inner(self) -> tuple[Array, Array]:
+        """Corners (n,) [rad] of the box of possible destinations, without any closing layer."""
+        ...
+
     def evaluator(self, k: float) -> LogEvaluator:
         """Return a function of one point as n floats: ln beta, then its gradient."""
         ...
@@ -79,6 +84,11 @@ class ExponentialObstacle:
     def upper(self) -> Array:
         """Upper corner of the workspace, (n,) [rad]."""
         return self.chi.basis.upper
+
+    @property
+    def inner(self) -> tuple[Array, Array]:
+        """Corners (n,) [rad] of the box of possible destinations, without the closing layer."""
+        return self.lower + self.width, self.upper - self.width
 
     @cached_property
     def _faces(self) -> list[tuple[float, float, float]]:
@@ -147,6 +157,11 @@ class SplineObstacle:
     def upper(self) -> Array:
         """Upper corner of the workspace, (n,) [rad]."""
         return self.beta.basis.upper
+
+    @property
+    def inner(self) -> tuple[Array, Array]:
+        """Corners (n,) [rad] of the box of possible destinations: the whole workspace."""
+        return self.lower, self.upper
 
     def evaluator(self, k: float) -> LogEvaluator:
         """Return a function of one point as n floats: ln beta, then its gradient."""

@@ -233,6 +233,19 @@ def check_frames(where: str, time: Array, angles: Array, rows: Index) -> None:
     rows : (n,)
         What the message calls each frame.
     """
+    check_times(where, time, rows)
+    beyond = np.argwhere(np.abs(angles) > MAX_ANGLE_DEG)
+    if beyond.size:
+        row, joint = (int(i) for i in beyond[0])
+        raise FileError(
+            f"{where}: row {rows[row]}, column {JOINT_NAMES[joint]}_deg: {angles[row, joint]:g} "
+            f"deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it, or import the file: raw counts "
+            "with --calibration, turns of 360 deg with --unwrap"
+        )
+
+
+def check_times(where: str, time: Array, rows: Index) -> None:
+    """Check that there are enough frames and that their times increase; see `check_frames`."""
     if len(time) < MIN_FRAMES:
         raise FileError(f"{where}: {len(time)} frames; at least {MIN_FRAMES} are needed")
     backward = np.flatnonzero(np.diff(time) <= 0)
@@ -241,12 +254,4 @@ def check_frames(where: str, time: Array, angles: Array, rows: Index) -> None:
         raise FileError(
             f"{where}: row {rows[row]}, column time_s: {time[row]:g} s follows "
             f"{time[row - 1]:g} s; time must increase"
-        )
-    beyond = np.argwhere(np.abs(angles) > MAX_ANGLE_DEG)
-    if beyond.size:
-        row, joint = (int(i) for i in beyond[0])
-        raise FileError(
-            f"{where}: row {rows[row]}, column {JOINT_NAMES[joint]}_deg: {angles[row, joint]:g} "
-            f"deg is beyond +-{MAX_ANGLE_DEG:g} deg; correct it, or import the file: raw counts "
-            "with --calibration, turns of 360 deg with --unwrap"
         )

@@ -221,6 +221,8 @@ def test_the_one_left_out_is_scored_and_not_learned_from() -> None:
     for row in found.per_recording:
         assert row["path_error_deg"] == pytest.approx(row["straight_error_deg"], rel=1e-6)
         assert row["arrived"]
+    errors = [row["straight_error_deg"] for row in found.per_recording]  # each its own
+    np.testing.assert_allclose(errors, [rms(0.01), rms(0.02), rms(0.03)], rtol=0.01)
     whole = evaluate(controller(), few).per_recording
     repeats = [row["repeatability_deg"] for row in found.per_recording]
     np.testing.assert_allclose(repeats, [row["repeatability_deg"] for row in whole], rtol=1e-6)

@@ -122,9 +122,7 @@ class ControllerGrasper:
         """Grasp ``task``; a plan that is missing is made first, for nominal conditions."""
         scene = Scene.build(task, conditions)
         plan = self.plan_for(task, scene)
-        goal = plan.z_goal
-        if goal is None:
-            goal = self.controller.subspace.transform(plan.q_goal)
+        goal = plan.goal_in(self.controller.subspace)
         self.proven[task.name] = covered(self.controller, goal[None])
         return run_plan(self.controller, scene, plan)
 

@@ -124,14 +124,15 @@ def plan_grasp(
     search = _Search(controller, shortened(task), conditions)
     starts = [] if known is None else [search.aimed(known)]
     starts += search.starts()
-    ranked = sorted((search.cost(plan), i) for i, plan in enumerate(starts))
-    first = [] if known is None else [starts[0]]
-    candidates = [search.confirmed(plan) for plan in (*first, starts[ranked[0][1]])]
+    costs = [search.cost(plan) for plan in starts]
+    ranked = sorted((cost, i) for i, cost in enumerate(costs))
+    first = {ranked[0][1]} if known is None else {0, ranked[0][1]}
+    candidates = [search.confirmed(starts[i], costs[i]) for i in sorted(first)]
     for attempt, (_, start) in enumerate(ranked[:SEARCHES]):
         if max(candidates, key=_confirmed)[0] >= ENOUGH:
             break
-        found = search.from_start(starts[start], generations, seed + attempt)[1]
-        candidates.append(search.confirmed(found))
+        cost, found = search.from_start(starts[start], generations, seed + attempt)
+        candidates.append(search.confirmed(found, cost))
     held, plan = max(candidates, key=_confirmed)
     run = run_plan(controller, Scene.build(task, conditions), plan)
     if held > 0 and not run.outcome.success:  # what is held longer creeps farther
@@ -208,13 +209,7 @@ class _Search:
 
     def aimed(self, plan: GraspPlan) -> GraspPlan:
         """Return a plan whose destination is given in the subspace of this controller."""
-        return plan if plan.z_goal is not None else replace(plan, z_goal=self._goal(plan))
-
-    def _goal(self, plan: GraspPlan) -> Array:
-        """Return the destination of a plan in the subspace, (n_components,) [rad]."""
-        if plan.z_goal is not None:
-            return plan.z_goal
-        return self.controller.subspace.transform(plan.q_goal)
+        return replace(plan, z_goal=plan.goal_in(self.controller.subspace))
 
     def _destination(self, z: Array) -> dict[str, Array]:
         """Return a destination as fields of a plan: coordinates and posture."""
@@ -236,7 +231,7 @@ class _Search:
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
         """Return a plan changed by ``point`` (size,), in units of `STEPS`."""
         n = len(self.controller.subspace.components_)
-        z = np.clip(self._goal(plan) + STEPS["z"] * point[:n], *self.box)
+        z = np.clip(plan.goal_in(self.controller.subspace) + STEPS["z"] * point[:n], *self.box)
         turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
         return replace(
             plan,
@@ -246,19 +241,18 @@ class _Search:
             arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
         )
 
-    def confirmed(self, plan: GraspPlan) -> tuple[float, GraspPlan]:
+    def confirmed(self, plan: GraspPlan, cost: float) -> tuple[float, GraspPlan]:
         """Return how often a plan holds in runs that no search has seen, and the plan.
 
         A search finds what suits the few perturbed runs that it makes; of what several searches
         found, that is best which holds in other runs, too. 0 if the nominal run does not hold.
         """
-        if self.cost(plan) >= NOMINAL_FAILS:
+        if cost >= NOMINAL_FAILS:
             return 0.0, plan
         costs = [self._cost_on(scene, plan) for scene in self.unseen]
-        held = sum(cost < 1.0 for cost in costs)
-        return (1.0 + held - 0.01 * float(np.mean(np.minimum(costs, WORST)))) / (
-            1 + len(costs)
-        ), plan
+        held = 1.0 + sum(each < 1.0 for each in costs)
+        margin = 0.01 * float(np.mean(np.minimum(costs, WORST)))  # decides where as many hold
+        return (held - margin) / (1 + len(costs)), plan
 
     def cost(self, plan: GraspPlan) -> float:
         """Run a plan, nominal and perturbed, and return its mean cost."""
@@ -266,7 +260,7 @@ class _Search:
 
     def _cost_on(self, scene: Scene, plan: GraspPlan) -> float:
         try:
-            self.controller.check_goal(self._goal(plan))
+            self.controller.check_goal(plan.goal_in(self.controller.subspace))
         except InputError:  # the controller refuses it
             return NO_WAY
         return cost_of(run_plan(self.controller, scene, plan, brief=True), self.task)

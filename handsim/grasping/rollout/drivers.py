@@ -162,8 +162,6 @@ def learned_driver(
     InputError
         If the controller cannot go to that destination.
     """
-    z_start, z_goal = controller.subspace.transform(np.stack([plan.q_start, plan.q_goal]))
-    if plan.z_goal is not None:
-        z_goal = plan.z_goal
+    z_start, z_goal = controller.subspace.transform(plan.q_start), plan.goal_in(controller.subspace)
     timing = controller.timing(z_start, z_goal, schedule.reach, grasped)
     return LearnedDriver(controller, z_goal, timing, lead, schedule.reach)

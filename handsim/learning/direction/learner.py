@@ -36,6 +36,7 @@ from handsim.learning.direction.descent import DescentCondition, box_corners
 from handsim.learning.direction.metric_model import Attraction, MetricModel
 from handsim.learning.direction.samples import recorded_samples, rolled_out_samples
 from handsim.learning.fit.designs import JetDesign
+from handsim.learning.fit.direction_cost import direction_cost
 from handsim.learning.fit.field_samples import FieldSamples
 from handsim.learning.fit.history import History, Iteration
 from handsim.learning.fit.lbfgs import minimise
@@ -47,7 +48,7 @@ from handsim.navigation.function import NavigationFunction, check_exponent
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import path_error
 from handsim.navigation.workspace import KnotRule, lay_basis
-from handsim.reproducible import dot, dots, mean, norms
+from handsim.reproducible import dot, mean, spread
 from handsim.types import Array, Progress
 
 _METRIC_REACH = 0.75  # over which destinations share their metric, as a fraction of their spread
@@ -274,13 +275,10 @@ class _Problem:
             c, p = x[: self.basis.n_coefficients], x[self.basis.n_coefficients :]
             pull, pulled_back = attraction(p)
             flow = design(c)[1].T + closure - pull
-            length = norms(flow)
-            unit = flow / length
-            cosine = dots(unit, samples.vectors)[:, None]
-            slope = (cosine * unit - samples.vectors) / (length * len(unit))
+            askew, slope = direction_cost(flow, samples.vectors)
             descent, descent_slope = self.descent(c)
             bend, bend_slope = second_differences(c.reshape(self.basis.shape))
-            value = float(mean(1.0 - cosine)[0]) + descent
+            value = askew + descent
             value += self.smoothness * bend + self.ridge * dot(c, c)
             value += self.metric_ridge * dot(p, p)
             by_c = design.pulled_back(None, slope.T) + descent_slope
@@ -295,9 +293,7 @@ class _Problem:
 
 def _spread(paths: list[Array]) -> float:
     """Root of the mean squared distance of destinations from their mean [rad]."""
-    goals = np.array([path[-1] for path in paths])
-    away = goals - mean(goals)
-    return float(np.sqrt(mean(dots(away, away))))
+    return spread(np.array([path[-1] for path in paths]))
 
 
 def _beyond(goals: Array, inner: Array) -> Array:

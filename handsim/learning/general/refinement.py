@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handsim.learning.fit.designs import JetDesign
+from handsim.learning.fit.direction_cost import direction_cost
 from handsim.learning.fit.field_samples import FieldSamples
 from handsim.learning.fit.lbfgs import minimise
 from handsim.learning.fit.smoothness import second_differences
@@ -133,13 +134,10 @@ def _turned(
 
     def cost(c: Array) -> tuple[float, Array]:
         flow = design(c)[1].T + fixed
-        length = np.maximum(norms(flow), 1e-12)
-        unit = flow / length
-        cosine = dots(unit, samples.vectors)[:, None]
-        slope = (cosine * unit - samples.vectors) / (length * len(unit))
+        askew, slope = direction_cost(flow, samples.vectors)
         change = c - first
         bend, by_bend = second_differences(change.reshape(basis.shape))
-        value = float(mean(1.0 - cosine)[0]) + _DEPARTURE * (bend + dot(change, change))
+        value = askew + _DEPARTURE * (bend + dot(change, change))
         by_c = design.pulled_back(None, slope.T)
         return value, by_c + _DEPARTURE * (by_bend.ravel() + 2.0 * change)
 

@@ -7,10 +7,13 @@ of its control points, and rises where they rise.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
 from handsim.types import Array, Index
+
+_Number = TypeVar("_Number", float, Array)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +43,7 @@ class Curve:
         """Return the points (N, n) at parameters (N,)."""
         inside = np.clip(s, 0.0, 1.0)
         four, u = self._around(inside)
-        v = 1.0 - u
-        weights = (
-            v * v * v,
-            4.0 - 6.0 * u * u + 3.0 * u * u * u,
-            4.0 - 6.0 * v * v + 3.0 * v * v * v,
-            u * u * u,
-        )
-        points = _weighted(four, weights) / 6.0
+        points = _weighted(four, _value_weights(u)) / 6.0
         for end, point in ((0.0, self.points[0]), (1.0, self.points[-1])):  # to the bit
             points = np.where((inside == end)[:, None], point, points)
         beyond = s - inside
@@ -58,21 +54,15 @@ class Curve:
     def slope(self, s: Array) -> Array:
         """Return the derivatives (N, n) by s at parameters (N,)."""
         four, u = self._around(np.clip(s, 0.0, 1.0))
-        v = 1.0 - u
-        weights = (-v * v, u * (3.0 * u - 4.0), v * (4.0 - 3.0 * v), u * u)
-        return _weighted(four, weights) * (0.5 * self.n_cells)
+        return _weighted(four, _slope_weights(u)) * (0.5 * self.n_cells)
 
     def jet(self, s: float) -> tuple[Array, Array]:
         """Return point and derivative (n,) at one parameter from 0 to 1; for loops."""
         place = min(max(s, 0.0), 1.0) * self.n_cells
         cell = min(int(place), self.n_cells - 1)
-        a, b, c, d = self._padded[cell : cell + 4]
-        u = place - cell
-        v = 1.0 - u
-        point = v**3 * a + (4.0 - 6.0 * u * u + 3.0 * u**3) * b
-        point = (point + (4.0 - 6.0 * v * v + 3.0 * v**3) * c + u**3 * d) / 6.0
-        slope = -v * v * a + u * (3.0 * u - 4.0) * b + v * (4.0 - 3.0 * v) * c + u * u * d
-        return point, slope * (0.5 * self.n_cells)
+        four, u = self._padded[cell : cell + 4], place - cell
+        slope = _weighted(four, _slope_weights(u)) * (0.5 * self.n_cells)
+        return _weighted(four, _value_weights(u)) / 6.0, slope
 
     def _around(self, s: Array) -> tuple[Array, Array]:
         """Return the control points (4, N, n) that count at s, and the place (N, 1) in the cell."""
@@ -105,7 +95,20 @@ class Curve:
         return b.reshape(-1, b.shape[-1])
 
 
-def _weighted(four: Array, weights: tuple[Array, ...]) -> Array:
+def _value_weights(u: _Number) -> tuple[_Number, ...]:
+    """Six times the weights of four control points at a place in their cell, 0 to 1."""
+    v = 1.0 - u
+    inner = (4.0 - 6.0 * u * u + 3.0 * u * u * u, 4.0 - 6.0 * v * v + 3.0 * v * v * v)
+    return v * v * v, *inner, u * u * u
+
+
+def _slope_weights(u: _Number) -> tuple[_Number, ...]:
+    """Twice their derivatives by the place in the cell."""
+    v = 1.0 - u
+    return -v * v, u * (3.0 * u - 4.0), v * (4.0 - 3.0 * v), u * u
+
+
+def _weighted(four: Array, weights: tuple[_Number, ...]) -> Array:
     result = four[0] * weights[0]
     for points, weight in zip(four[1:], weights[1:], strict=True):
         result = result + points * weight

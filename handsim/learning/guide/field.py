@@ -101,9 +101,7 @@ class GuidedField:
 
     @cached_property
     def _inner(self) -> tuple[Array, Array]:
-        """Corners (n,) of the workspace without its closing layer [rad]."""
-        width = self.obstacle.width
-        return self.obstacle.lower + width, self.obstacle.upper - width
+        return self.obstacle.inner
 
     @property
     def proven(self) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from handsim.reproducible import dot, lower_solved, total, upper_solved
+from handsim.reproducible import lower_solved, total, upper_solved
 from handsim.types import Array
 
 
@@ -41,9 +41,3 @@ def shifted_products(a: Array, b: Array, middle: Array, scale: float) -> Array:
     """Return the linear kernel (N, m) of points a (N, n) and b (m, n) about a middle (n,)."""
     left, right = (a - middle) / scale, (b - middle) / scale
     return total(left[:, None] * right[None], -1)
-
-
-def spread(points: Array) -> float:
-    """Return the root of the mean squared distance of points (N, n) from their mean."""
-    away = points - total(points) / len(points)
-    return float(np.sqrt(dot(away.ravel(), away.ravel()) / len(points)))

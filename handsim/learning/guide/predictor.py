@@ -29,12 +29,11 @@ from handsim.learning.guide.gaussian_process import (
     predicted,
     regression_weights,
     shifted_products,
-    spread,
 )
 from handsim.learning.guide.likeness import Grasped, Likeness
 from handsim.learning.movement.progress import N_PROGRESS, minimum_jerk
 from handsim.navigation.paths import N_COMPARED, at_arc_length
-from handsim.reproducible import dots, exp, log, total
+from handsim.reproducible import dots, exp, log, spread, total
 from handsim.types import Array
 
 _N_SMOOTH = 16  # control points of a law of progress: what is finer is one person's chance

@@ -42,12 +42,6 @@ def frame_times(duration: float, rate: float) -> Array:
     return np.arange(int(np.ceil(duration * rate - 1e-9)) + 1) / rate
 
 
-def at_fractions(points: Array, fractions: Array) -> Array:
-    """Return the points (m, d) at fractions (m,) of the length of a path (n, d)."""
-    length = arc_length(points)
-    return interpolated(fractions * length[-1], length, points)
-
-
 def by_gradient(
     navigation: NavigationFunction, path: FlowPath, z_goal: Array, duration: float, rate: float
 ) -> tuple[Array, Array]:

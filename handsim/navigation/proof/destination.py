@@ -125,7 +125,8 @@ def _hindrance(
 ) -> str:
     """Why nothing can be proved, or nothing at all."""
     held = (low, high, obstacle.chi.coefficients, obstacle.width, metric, np.array(navigation.k))
-    inner = (low >= obstacle.lower + obstacle.width) & (high <= obstacle.upper - obstacle.width)
+    lower, upper = obstacle.inner
+    inner = (low >= lower) & (high <= upper)
     checks = (
         (all(np.isfinite(each).all() for each in held), "a coefficient or a goal is not finite"),
         (bool((low <= high).all()), "the box of destinations is empty"),
@@ -230,7 +231,8 @@ class _Problem:
     def _descends(self, cells: Cells, gradient: Array, matrix: Array) -> Mask:
         """Whether X . grad chi < 2 with X = matrix (z - z_goal)."""
         n = len(self.low)
-        slopes = total(2.0 * self.degree * self._largest / cells.size * self._reach(cells), 1)
+        reach = cells.farthest(self.low, self.high)
+        slopes = total(2.0 * self.degree * self._largest / cells.size * reach, 1)
         most = self._eps() * float(np.abs(matrix).max()) * n * slopes
         greatest = np.full(len(most), -np.inf)
         for goal in self.corners:
@@ -266,15 +268,10 @@ class _Problem:
         """Whether each cell meets the closing layers of the lower and upper faces, (N, n) each."""
         obstacle = self.obstacle
         slack = _MARGIN * (obstacle.upper - obstacle.lower)
-        below = cells.origin <= obstacle.lower + obstacle.width + slack
-        above = cells.origin + cells.size >= obstacle.upper - obstacle.width - slack
+        lower, upper = obstacle.inner
+        below = cells.origin <= lower + slack
+        above = cells.origin + cells.size >= upper - slack
         return below, above
-
-    def _reach(self, cells: Cells) -> Array:
-        """Greatest distance, along each dimension, of a point of a cell from a destination."""
-        return np.maximum(
-            np.abs(cells.origin - self.high), np.abs(cells.origin + cells.size - self.low)
-        )
 
     def _eps(self) -> float:
         return 64.0 * (self.degree + 1) ** 2 * float(np.finfo(float).eps)
@@ -285,7 +282,7 @@ class _Problem:
         A coefficient is a sum of some dozens of products, each off by a rounding of the largest.
         Cells inherit the roundings of those that they are halves of.
         """
-        reach, size = self._reach(cells), np.abs(self.metric)
+        reach, size = cells.farthest(self.low, self.high), np.abs(self.metric)
         gamma = total(total(size * reach[:, :, None] * reach[:, None, :], 2), 1) + self.spread
         steep = total(2.0 * self.degree * self._largest / cells.size, 1)
         pull = total(total(2.0 * size * reach[:, None, :], 2), 1)

@@ -55,7 +55,7 @@ def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatc
         def cost(self, plan):
             return {"first": -0.1, "second": -0.3}[plan]
 
-        def confirmed(self, plan):
+        def confirmed(self, plan, cost):
             return {"first": 0.4, "second": 0.6}.get(plan, 0.95), plan
 
         def from_start(self, start, generations, seed):
@@ -102,7 +102,7 @@ def test_the_search_tries_and_runs_what_the_plan_says(controller, starts, monkey
     tried, run = [], []
     monkeypatch.setattr(planner._Search, "starts", lambda self: [])
     monkeypatch.setattr(planner._Search, "cost", lambda self, plan: tried.append(plan) or -0.1)
-    monkeypatch.setattr(planner._Search, "confirmed", lambda self, plan: (0.5, plan))
+    monkeypatch.setattr(planner._Search, "confirmed", lambda self, plan, cost: (0.5, plan))
 
     def run_plan(controller, scene, plan):
         run.append(plan)
@@ -130,7 +130,7 @@ def test_seeds_of_one_planning_do_not_reach_those_of_the_next(controller, monkey
         def cost(self, plan):
             return plan
 
-        def confirmed(self, plan):
+        def confirmed(self, plan, cost):
             return 0.0, plan
 
         def from_start(self, start, generations, seed):
@@ -167,7 +167,7 @@ def test_of_what_is_found_that_is_kept_which_holds_in_runs_that_no_search_has_se
         def cost(self, plan):
             return {"known": -0.1, "start": -0.9}[plan]
 
-        def confirmed(self, plan):
+        def confirmed(self, plan, cost):
             return share[plan], plan
 
         def from_start(self, start, generations, seed):
@@ -187,10 +187,9 @@ def test_of_what_is_found_that_is_kept_which_holds_in_runs_that_no_search_has_se
 
 
 def test_a_plan_is_confirmed_by_its_share_of_runs_that_hold(search, monkeypatch):
-    costs = iter([-0.5] * 3 + [-0.5, -0.5, 2.0, -0.5, -0.5, 2.0])  # nominal and tried, then unseen
+    costs = iter([-0.5, -0.5, 2.0, -0.5, -0.5, 2.0])
     monkeypatch.setattr(search, "_cost_on", lambda scene, plan: next(costs))
-    share, plan = search.confirmed("plan")
+    share, plan = search.confirmed("plan", -0.5)
     assert plan == "plan" and len(search.unseen) == planner.N_CONFIRMED == 6
     assert share == pytest.approx((1 + 4 - 0.01 * (4 * -0.5 + 2 * 2.0) / 6) / 7)
-    monkeypatch.setattr(search, "_cost_on", lambda scene, plan: 3.0)
-    assert search.confirmed("plan") == (0.0, "plan")
+    assert search.confirmed("plan", planner.NOMINAL_FAILS) == (0.0, "plan")
