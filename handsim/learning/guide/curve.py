@@ -5,6 +5,7 @@ makes the curve begin and end exactly there, without curvature. It is C^2, lies 
 of its control points, and rises where they rise.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -58,17 +59,25 @@ class Curve:
 
     def jet(self, s: float) -> tuple[Array, Array]:
         """Return point and derivative (n,) at one parameter from 0 to 1; for loops."""
-        place = min(max(s, 0.0), 1.0) * self.n_cells
-        cell = min(int(place), self.n_cells - 1)
-        four, u = self._padded[cell : cell + 4], place - cell
-        slope = _weighted(four, _slope_weights(u)) * (0.5 * self.n_cells)
-        return _weighted(four, _value_weights(u)) / 6.0, slope
+        return _jet(self._rows, self.n_cells, s)
 
-    def _around(self, s: Array) -> tuple[Array, Array]:
-        """Return the control points (4, N, n) that count at s, and the place (N, 1) in the cell."""
+    @cached_property
+    def _rows(self) -> list[Array]:
+        return list(self._padded)
+
+    @cached_property
+    def _numbers(self) -> list[float]:
+        return self._padded[:, 0].tolist()
+
+    def scalar_jet(self, s: float) -> tuple[float, float]:
+        """Return value and derivative of a curve of one number, as `jet`; ten times as fast."""
+        return _jet(self._numbers, self.n_cells, s)
+
+    def _around(self, s: Array) -> tuple[list[Array], Array]:
+        """Return the four control points (N, n) at s, and the places (N, 1) in their cells."""
         place = s * self.n_cells
         cell: Index = np.minimum(place.astype(np.int64), self.n_cells - 1)
-        return self._padded[cell + np.arange(4)[:, None]], (place - cell)[:, None]
+        return [self._padded[cell + i] for i in range(4)], (place - cell)[:, None]
 
     def centres(self) -> Array:
         """Return points (4 m, n) whose convex hull holds p(s) + (1 - s) p'(s) for s up to 1.
@@ -95,6 +104,15 @@ class Curve:
         return b.reshape(-1, b.shape[-1])
 
 
+def _jet(padded: Sequence[_Number], n_cells: int, s: float) -> tuple[_Number, _Number]:
+    """Return value and derivative at one parameter, of a curve of vectors or of numbers."""
+    place = min(max(s, 0.0), 1.0) * n_cells
+    cell = min(int(place), n_cells - 1)
+    four, u = padded[cell : cell + 4], place - cell
+    slope = _weighted(four, _slope_weights(u)) * (0.5 * n_cells)
+    return _weighted(four, _value_weights(u)) / 6.0, slope
+
+
 def _value_weights(u: _Number) -> tuple[_Number, ...]:
     """Six times the weights of four control points at a place in their cell, 0 to 1."""
     v = 1.0 - u
@@ -108,7 +126,7 @@ def _slope_weights(u: _Number) -> tuple[_Number, ...]:
     return -v * v, u * (3.0 * u - 4.0), v * (4.0 - 3.0 * v), u * u
 
 
-def _weighted(four: Array, weights: tuple[_Number, ...]) -> Array:
+def _weighted(four: Sequence[_Number], weights: tuple[_Number | float, ...]) -> _Number:
     result = four[0] * weights[0]
     for points, weight in zip(four[1:], weights[1:], strict=True):
         result = result + points * weight

@@ -105,5 +105,5 @@ class ProgressLaw:
     def _at(self, x: float) -> tuple[float, float]:
         if self._spline is None:
             return _covered(x), 30.0 * x**2 * (1.0 - x) ** 2 / self.duration
-        covered, slope = self._spline.jet(x)
-        return float(covered[0]), max(float(slope[0]), 0.0) / self.duration
+        covered, slope = self._spline.scalar_jet(x)
+        return covered, max(slope, 0.0) / self.duration

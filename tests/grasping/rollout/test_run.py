@@ -269,5 +269,6 @@ def test_what_is_not_physics_costs_little(scene, plan, driver, run):
         simulate(scene, plan, driver)
         return process_time() - start
 
-    pairs = [(ours(), alone()) for _ in range(5)]
-    assert min(pair[0] for pair in pairs) < 1.4 * min(pair[1] for pair in pairs)
+    # The processor's speed changes within a second: neighbours are compared with each other.
+    ratios = [ours() / alone() for _ in range(11)]
+    assert np.median(ratios) < 1.4

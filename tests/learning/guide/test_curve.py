@@ -50,3 +50,10 @@ def test_single_parameters_give_what_many_give() -> None:
         point, slope = CURVE.jet(s)
         np.testing.assert_allclose(point, CURVE.at(np.array([s]))[0], atol=1e-13)
         np.testing.assert_allclose(slope, CURVE.slope(np.array([s]))[0], atol=1e-12)
+
+
+def test_a_curve_of_one_number_gives_the_same_bits_as_one_of_vectors() -> None:
+    rising = Curve(np.array([0.0, 0.1, 0.7, 0.8, 1.0])[:, None])
+    for s in (-0.1, 0.0, 0.013, 0.5, 0.97, 1.0, 1.1):
+        value, slope = rising.jet(s)
+        assert (value[0], slope[0]) == rising.scalar_jet(s)
