@@ -2,24 +2,34 @@
 
 The rules' limits belong to the tasks and were fixed before any grasp was tuned. A run is judged by
 its traces alone: by peak slip, not by the end state, and by tilt from the object's first pose, not
-from after the squeeze.
+from after the squeeze. What every grasp has to show beside its task is in `tasks.grip_rules`.
 """
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from handsim.joints import CONTACT_PARTS
 from handsim.result import Result
+from handsim.tasks.grip_rules import (
+    LEAST_PRESS,
+    Reason,
+    broken,
+    held_forces,
+    pushed,
+    table_force,
+)
 from handsim.tasks.task import PassRule, Task
+from handsim.tasks.traces import GraspTraces
 from handsim.types import Array
 
-Reason = Literal["missed", "slipped", "tilted", "penetrated", "not arrived", "unstable"]
-
-MAX_PENETRATION = 0.01
-"""Deepest overlap of hand and object that is still a grasp [m], as in DexGraspBench."""
+ASTRAY_DEG = 20.0
+"""Largest angle between the way that an object is slid or drawn with and the way asked for."""
+ASTRAY = 0.015
+"""Farthest that it may leave that way to either side [m]."""
 TRACE_HEIGHT = 0.003
 """How near to the table a front end draws on it [m]."""
 SAMPLE = 0.011
@@ -40,6 +50,14 @@ class Outcome(Result):
         Parts of the hand (fingers and palm) that touch the object at the end.
     penetration_m
         Deepest overlap of hand and object.
+    pushed_m, pushed_deg
+        How far the object was moved and turned before the action.
+    forces_n
+        Mean force of each part of the hand in the hold, by name [N].
+    need_n, margin
+        Least force on a side that holds the object [N], and the greatest of the forces beside it.
+    table_force_n
+        Most that hand and arm pressed on the table.
     done
         Share of what the rule asks of the action, beside lift and hold; 1 where it asks nothing.
     detail
@@ -54,91 +72,66 @@ class Outcome(Result):
     hold_s: float
     contacts: int
     penetration_m: float
+    pushed_m: float = 0.0
+    pushed_deg: float = 0.0
+    forces_n: dict[str, float] = field(default_factory=dict[str, float])
+    need_n: float = 0.0
+    margin: float = 0.0
+    table_force_n: float = 0.0
     done: float = 0.0
     detail: str = ""
 
 
-@dataclass(frozen=True)
-class GraspTraces:
-    """What a rule judges: samples of one run at a constant rate.
-
-    Attributes
-    ----------
-    time : (n,) [s]
-    object_pos, object_quat : (n, 3) [m], (n, 4)
-        Pose of the object's centre of mass in the world, quaternions w, x, y, z.
-    palm_pos, palm_quat : (n, 3) [m], (n, 4)
-    touching : (n,)
-        Number of hand parts that touch the object.
-    penetration : (n,) [m]
-    action_start
-        Time at which the task's first movement is commanded [s].
-    symmetry
-        Axis of the object about which rotation does not count, or None.
-    front_pos : (n, 3) [m]
-        The object's front end in the world, for rules of kind ``trace``.
-    hinge : (n,) [rad]
-        Angle of the rule's hinge, for rules of kind ``joint``.
-    arrived
-        Whether the driver brought the hand to its destination.
-    unstable_at
-        Time of the first sample that is not a number or absurd, or None [s].
-    """
-
-    time: Array
-    object_pos: Array
-    object_quat: Array
-    palm_pos: Array
-    palm_quat: Array
-    touching: npt.NDArray[np.int64]
-    penetration: Array
-    action_start: float
-    symmetry: Literal["x", "z"] | None
-    front_pos: Array | None = None
-    hinge: Array | None = None
-    arrived: bool = True
-    unstable_at: float | None = None
-
-
 def judge(traces: GraspTraces, task: Task) -> Outcome:
-    """Judge a run by the rule of its task.
+    """Judge a run by the rule of its task, and by what every grasp has to show.
 
-    An object that is worked where it stands (rules of kind ``joint``) is not carried, so that its
-    displacement and tilt are those on the table; all others' are those in the hand.
+    An object that is worked where it stands (rules of kind ``joint``) is not carried: until the
+    hold its displacement and tilt are those on the table.
     """
     rule = task.rule
     if traces.unstable_at is not None:
         step = len(traces.time) - 1
         detail = f"the simulation diverged at {traces.unstable_at:.3f} s (step {step})"
         return Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0, detail=detail)
-    acting = traces.time >= traces.action_start - 1e-9
-    carried = rule.kind != "joint"
-    slip, tilt = _slip(traces, carried), np.rad2deg(_tilt(traces, carried))
-    height = traces.object_pos[:, 2] - traces.object_pos[0, 2]
-    high = height <= rule.lift if rule.kind == "slide" else height >= rule.lift
-    within = high & (slip < rule.slip) & (tilt < rule.tilt_deg)
-    within &= (traces.touching > 0) & acting
-    measured: dict[str, Any] = {
-        "lift_m": float(height.max()),
-        "peak_slip_m": float(slip[acting].max()),
-        "peak_tilt_deg": float(tilt.max()),
-        "hold_s": _longest_stretch(within, traces.time),
-        "contacts": int(traces.touching[-1]),
-        "penetration_m": float(traces.penetration.max()),
-    }
+    measured = _measured(traces, rule)
     reason, detail = _grip_reason(traces, rule, measured)
     done, action_reason, action_detail = _action(traces, task)
     if reason is None:
         reason, detail = action_reason, action_detail
+    if reason is None:
+        reason, detail = broken(traces, rule) or (None, "")
     return Outcome(success=reason is None, reason=reason, detail=detail, done=done, **measured)
+
+
+def _measured(traces: GraspTraces, rule: PassRule) -> dict[str, Any]:
+    """Measure all that an outcome says beside the verdict."""
+    slip, tilt = _slip(traces, rule), np.rad2deg(_tilt(traces, rule))
+    acting = np.arange(len(traces.time)) >= traces.first_acting
+    height = traces.object_pos[:, 2] - traces.object_pos[0, 2]
+    high = height <= rule.lift if rule.kind == "slide" else height >= rule.lift
+    within = high & (slip < rule.slip) & (tilt < rule.tilt_deg) & traces.touching & acting
+    way, turned = pushed(traces)
+    forces = held_forces(traces)
+    return {
+        "lift_m": float(height.max()),
+        "peak_slip_m": float(slip[acting].max()),
+        "peak_tilt_deg": float(tilt.max()),
+        "hold_s": _longest_stretch(within, traces.time),
+        "contacts": int((traces.force[-1] > 0).sum()),
+        "penetration_m": float(traces.penetration.max()),
+        "pushed_m": way,
+        "pushed_deg": turned,
+        "forces_n": dict(zip(CONTACT_PARTS, forces.tolist(), strict=True)),
+        "need_n": traces.need,
+        "margin": float(forces.max()) / traces.need,
+        "table_force_n": table_force(traces),
+    }
 
 
 def _grip_reason(
     traces: GraspTraces, rule: PassRule, measured: dict[str, float]
 ) -> tuple[Reason | None, str]:
-    """Check what every rule asks for: penetration, slip, tilt, height and the time of it."""
-    if measured["penetration_m"] > MAX_PENETRATION:
-        return "penetrated", f"hand and object overlap by {1000 * measured['penetration_m']:.1f} mm"
+    """Check slip, tilt, height and the time of it."""
     lift = measured["lift_m"]
     steady = measured["peak_slip_m"] < rule.slip and measured["peak_tilt_deg"] < rule.tilt_deg
     level = lift <= rule.lift if rule.kind == "slide" else lift >= rule.lift
@@ -158,24 +151,46 @@ def _grip_reason(
 
 def _action(traces: GraspTraces, task: Task) -> tuple[float, Reason | None, str]:
     """Return the share done of what the rule's kind asks of the action, and what is wrong."""
-    rule = task.rule
-    start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
+    rule, start = task.rule, traces.first_acting
     if rule.kind == "joint":
         return _hinge(traces, rule, start)
     if rule.kind == "turn":
         done = _turned(traces, task, start) / rule.angle_deg
         detail = f"it was turned by {done * rule.angle_deg:.0f} deg of {rule.angle_deg:g} deg"
     elif rule.kind == "slide":
-        way = traces.object_pos[-1, :2] - traces.object_pos[start, :2]
-        done = float(np.linalg.norm(way)) / rule.distance
+        acting = slice(start, traces.first_holding + 1)
+        path = traces.object_pos[acting, :2] - traces.object_pos[start, :2]
+        done, strayed = _along(path, _asked_way(task), rule.distance)
         detail = f"displaced by {1e3 * done * rule.distance:.0f} of {1e3 * rule.distance:.0f} mm"
+        if done >= 1 and strayed:
+            return done, "astray", strayed
     elif rule.kind == "trace":
-        done = _drawn(traces, start) / rule.distance
+        done, strayed = _drawn(traces, task, start)
         drawn = 1e3 * done * rule.distance
         detail = f"its front end drew {drawn:.0f} of {1e3 * rule.distance:.0f} mm"
+        if done >= 1 and strayed:
+            return done, "astray", strayed
     else:
         return 1.0, None, ""
     return (1.0, None, "") if done >= 1 else (max(done, 0.0), "slipped", detail)
+
+
+def _asked_way(task: Task) -> Array:
+    """Return the unit vector (2,) of the longest horizontal shift of a task's steps."""
+    shifts = [np.array(step.shift[:2]) for step in task.steps]
+    longest = max(shifts, key=lambda shift: float(np.linalg.norm(shift)))
+    return longest / np.linalg.norm(longest)
+
+
+def _along(path: Array, way: Array, distance: float) -> tuple[float, str]:
+    """Return the share of a distance done by a path (n, 2) [m], and how it strayed from its way."""
+    end = path[-1]
+    done = float(np.linalg.norm(end)) / distance
+    off = float(np.rad2deg(np.arccos(np.clip(end @ way / max(np.linalg.norm(end), 1e-9), -1, 1))))
+    aside = float(np.abs(path @ [-way[1], way[0]]).max())
+    if off <= ASTRAY_DEG and aside <= ASTRAY:
+        return done, ""
+    return done, f"it went {off:.0f} deg and {1e3 * aside:.0f} mm beside the way asked for"
 
 
 def _turned(traces: GraspTraces, task: Task, start: int) -> float:
@@ -189,23 +204,26 @@ def _turned(traces: GraspTraces, task: Task, start: int) -> float:
     return max((float(np.rad2deg((rotation @ axis).max())) for axis in axes), default=0.0)
 
 
-def _drawn(traces: GraspTraces, start: int) -> float:
-    """Greatest displacement of the front end in one stretch near the table [m]."""
+def _drawn(traces: GraspTraces, task: Task, start: int) -> tuple[float, str]:
+    """Return the share drawn with the front end in one stretch near the table, and how it strayed.
+
+    Of all stretches the longest counts.
+    """
     assert traces.front_pos is not None
     front = traces.front_pos[start:]
-    near = front[:, 2] <= TRACE_HEIGHT
-    drawn, first = 0.0, None
-    for i, on_table in enumerate(near.tolist()):
-        if not on_table:
-            first = None
-            continue
-        first = i if first is None else first
-        drawn = max(drawn, float(np.linalg.norm(front[i, :2] - front[first, :2])))
-    return drawn
+    near = np.concatenate([[False], front[:, 2] <= TRACE_HEIGHT, [False]])
+    first, last = (np.flatnonzero(np.diff(near.astype(int)) == sign) for sign in (1, -1))
+    best = (0.0, "")
+    for i, j in zip(first.tolist(), last.tolist(), strict=True):
+        path = front[i:j, :2] - front[i, :2]
+        farthest = int(np.linalg.norm(path, axis=1).argmax())
+        drawn = _along(path[: farthest + 1], _asked_way(task), task.rule.distance)
+        best = max(best, drawn, key=lambda each: each[0])
+    return best
 
 
 def _hinge(traces: GraspTraces, rule: PassRule, start: int) -> tuple[float, Reason | None, str]:
-    """Check that the hinge passed its angle in the action, and not before."""
+    """Check that the hinge passed its angle in the action, not before, pressed as asked for."""
     assert traces.hinge is not None
     angle = np.rad2deg(traces.hinge)
     way = rule.angle_deg - angle[0]
@@ -213,39 +231,33 @@ def _hinge(traces: GraspTraces, rule: PassRule, start: int) -> tuple[float, Reas
     if done[start] >= 1:
         return 0.0, "missed", f"{rule.joint} was at {angle[start]:.1f} deg before the action"
     most = start + int(done[start:].argmax())
-    if done[most] >= 1:
-        return 1.0, None, ""
-    detail = f"{rule.joint} came to {angle[most]:.1f} of {rule.angle_deg:g} deg"
-    return max(float(done[most]), 0.0), "missed", detail
+    if done[most] < 1:
+        detail = f"{rule.joint} came to {angle[most]:.1f} of {rule.angle_deg:g} deg"
+        return max(float(done[most]), 0.0), "missed", detail
+    passed = start + int((done[start:] >= 1).argmax())
+    for pressed, force in zip(rule.pressed, traces.pressed[passed].tolist(), strict=True):
+        if force < LEAST_PRESS:
+            fingers = " or ".join(pressed.fingers)
+            return 1.0, "astray", f"{rule.joint} moved, but no {fingers} pressed {pressed.body}"
+    return 1.0, None, ""
 
 
-def _slip(traces: GraspTraces, carried: bool) -> Array:
-    """Displacement in the palm since the action began, or on the table throughout, (n,) [m]."""
-    if not carried:
-        return np.linalg.norm(traces.object_pos - traces.object_pos[0], axis=1)
-    palm = Rotation.from_quat(traces.palm_quat, scalar_first=True)
-    local = palm.inv().apply(traces.object_pos - traces.palm_pos)
-    start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
-    return np.linalg.norm(local - local[start], axis=1)
+def _slip(traces: GraspTraces, rule: PassRule) -> Array:
+    """Displacement in the palm since the action began; on the table until the hold, (n,) [m]."""
+    if rule.kind != "joint":
+        return traces.slip(traces.first_acting)
+    hold = min(traces.first_holding, len(traces.time) - 1)
+    return np.concatenate([traces.way()[:hold], traces.slip(hold)[hold:]])
 
 
-def _tilt(traces: GraspTraces, in_hand: bool) -> Array:
+def _tilt(traces: GraspTraces, rule: PassRule) -> Array:
     """Rotation of the object since its first pose, less that of the palm in the lift, (n,) [rad].
 
-    Before the lift the palm turns on its way to the object, which tilts nothing; from the lift on
-    an object that turns with the palm (as in drinking) does not tilt in the hand. Of an object
-    that is not ``in_hand`` all its rotation counts.
+    Before the lift the palm turns on its way to the object, which tilts nothing. An object that is
+    worked where it stands is not tilted by the palm until the hold.
     """
-    turned = Rotation.from_quat(traces.object_quat, scalar_first=True)
-    palm = Rotation.from_quat(traces.palm_quat, scalar_first=True)
-    start = int(np.searchsorted(traces.time, traces.action_start - 1e-9))
-    carried = palm * palm[start].inv()
-    own = Rotation.concatenate([turned[:start], carried[start:].inv() * turned[start:]])
-    own = own if in_hand else turned
-    if traces.symmetry is None:
-        return (own * own[0].inv()).magnitude()
-    axes = own.apply(np.eye(3)["xyz".index(traces.symmetry)])
-    return np.arccos(np.clip(axes @ axes[0], -1.0, 1.0))
+    first = traces.first_holding if rule.kind == "joint" else traces.first_acting
+    return traces.turn(0, min(first, len(traces.time) - 1))
 
 
 def _longest_stretch(within: npt.NDArray[np.bool_], time: Array) -> float:

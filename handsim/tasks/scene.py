@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handsim.errors import InputError
-from handsim.hand.mjcf import attach_hand
+from handsim.hand.mjcf import FRICTION, attach_hand
 from handsim.objects.grasp import Grasp
 from handsim.objects.mjcf import TABLE_FRICTION, add_object, object_by_name
 from handsim.objects.object import GraspObject
@@ -51,8 +51,7 @@ def build_scene(
 
     The object's free joint is ``object_joint``, the hand's base follows the mocap body
     ``forearm_target`` and starts where `start_pose` puts it. Site ``grasp`` on the object has x
-    along the grasp's opposition and z against its approach. A task whose object is held by the
-    other hand welds it to the world (equality ``object_held``).
+    along the grasp's opposition and z against its approach.
 
     Parameters
     ----------
@@ -61,7 +60,7 @@ def build_scene(
     hand
         Size and side of the hand; None leaves it out.
     friction
-        Sliding friction of the hand; None keeps the model's.
+        Sliding friction of the hand; torsional friction changes with it. None keeps the model's.
     mass_scale
         Factor on the object's mass and inertia.
     offset, turn
@@ -92,8 +91,6 @@ def build_scene(
         start = {name: np.deg2rad(angle) for name, angle in task.start_deg}
         body = add_object(spec, target, pos=place, yaw=yaw, start=start, mass_scale=mass_scale)
         _add_grasp_site(body, task.grasp)
-        if task.held:
-            _hold(spec)
         pos, quat = start_pose(task, hand or MEDIAN_HAND)
     else:
         add_object(spec, target, pos=place, yaw=turn, mass_scale=mass_scale)
@@ -240,22 +237,9 @@ def _add_grasp_site(body: mujoco.MjsBody, grasp: Grasp) -> None:
     )
 
 
-def _hold(spec: mujoco.MjSpec) -> None:
-    """Weld the object to where it stands, as the other hand would."""
-    weld = spec.add_equality(
-        name="object_held",
-        type=mujoco.mjtEq.mjEQ_WELD,
-        objtype=mujoco.mjtObj.mjOBJ_BODY,
-        name1="object",
-        solref=[0.005, 1.0],
-    )
-    weld.data[:] = 0.0  # the pose at the start, which MuJoCo fills in
-    weld.data[10] = 1.0  # torque scale
-
-
 def _set_hand_friction(spec: mujoco.MjSpec, friction: float) -> None:
     low, high = HAND_FRICTION_RANGE
     if not low <= friction <= high:
         raise InputError(f"friction {friction:g} of the hand is outside {low:g} to {high:g}")
     for geom in spec.body("forearm").find_all(mujoco.mjtObj.mjOBJ_GEOM):
-        geom.friction[0] = friction
+        geom.friction[:2] = friction, FRICTION[1] * friction / FRICTION[0]

@@ -7,7 +7,7 @@ from handsim.errors import UnknownNameError
 from handsim.joints import Finger
 from handsim.objects.grasp import Grasp
 from handsim.objects.object import Vec3
-from handsim.tasks.task import PassRule, Step, Task
+from handsim.tasks.task import PassRule, Pressed, Step, Task
 from handsim.types import Side
 
 __all__ = [
@@ -37,6 +37,12 @@ _TILTED = PassRule("turn", angle_deg=30.0)
 _SPUN = PassRule("turn", angle_deg=45.0)
 
 
+_BRIEF = 1.0
+"""What is worked where it stands, or slid or drawn with, is held for this time afterwards [s]."""
+_RESTS = 30.0
+"""What a hand that rests on the table, at a mouse or in writing, may press it with [N]."""
+
+
 def _side(height: float, width: float) -> Grasp:
     return Grasp("side", (0.0, 0.0, height), _FOREARM, _LEFTWARD, width, _ALL)
 
@@ -55,7 +61,11 @@ def _across(
 
 def _click(button: str, finger: Finger) -> tuple[tuple[Step, ...], PassRule]:
     press = Step(0.3, flex=(finger,), angle_deg=12.0)
-    return (press,), PassRule("joint", lift=0.0, hold=0.0, joint=button, angle_deg=1.0)
+    rule = PassRule(
+        "joint", lift=0.0, hold=_BRIEF, slip=0.01, tilt_deg=10.0, joint=button, angle_deg=1.0,
+        pressed=(Pressed((finger,), button),), table_force=_RESTS,
+    )  # fmt: skip
+    return (press,), rule
 
 
 # The back of the hand slopes 15 deg down to the fingers, as the mouse does.
@@ -86,7 +96,7 @@ TASKS: tuple[Task, ...] = (
     Task(4, "tall-glass-side-rotate", "tall-glass", _side(0.070, 0.064), "rotate",
          (_LIFT, _SPIN), _SPUN),
     Task(5, "mouse-slide", "mouse", _MOUSE, "slide", (Step(1.0, shift=(0.06, 0.06, 0.0)),),
-         PassRule("slide", lift=0.01, hold=0.0, distance=0.06)),
+         PassRule("slide", lift=0.01, hold=_BRIEF, distance=0.06, table_force=_RESTS)),
     Task(6, "mouse-left-click", "mouse", _MOUSE, "click", *_click("left_button", "index")),
     Task(7, "mouse-right-click", "mouse", _MOUSE, "click", *_click("right_button", "middle")),
     Task(8, "cup-drink", "cup", _HANDLE, "drink", (_LIFT, _TO_MOUTH), _TILTED, yaw_deg=-90.0),
@@ -104,12 +114,13 @@ TASKS: tuple[Task, ...] = (
     Task(14, "cube-raise", "cube", Grasp("top", (0.0, 0.0, 0.030), (1.0, 0.0, 0.0), DOWN, 0.055,
          _THREE), "raise", (_LIFT,), _CARRY, yaw_deg=30.0),
     Task(15, "pen-write", "pen", _across(0.030, 0.0045, 0.0104, "tripod", _TWO), "write", _WRITE,
-         PassRule("trace", lift=0.05, hold=0.0, distance=0.05), yaw_deg=90.0),
+         PassRule("trace", lift=0.05, hold=_BRIEF, distance=0.05, table_force=_RESTS),
+         yaw_deg=90.0),
     Task(16, "pen-move", "pen", _across(0.0, 0.0045, 0.0104), "move", (_LIFT, _MOVE), _CARRY,
          yaw_deg=90.0),
     Task(17, "jar-move", "jar", _side(0.045, 0.072), "move", (_LIFT, _MOVE), _CARRY),
     Task(18, "jar-unscrew", "jar", _top(0.096, 0.069), "unscrew", (_SPIN,),
-         PassRule("joint", lift=0.0, hold=0.0, joint="lid", angle_deg=40.0), held=True),
+         PassRule("joint", lift=0.0, hold=_BRIEF, joint="lid", angle_deg=40.0)),
     Task(19, "screwdriver-operate", "screwdriver", _across(-0.055, 0.016, 0.0283, fingers=_ALL),
          "operate", (_LIFT, Step(1.0, axis=(0.0, 1.0, 0.0), angle_deg=60.0)),
          PassRule("turn", angle_deg=45.0), yaw_deg=90.0),
@@ -125,11 +136,13 @@ TASKS: tuple[Task, ...] = (
     Task(23, "scissors-use", "scissors",
          Grasp("loops", (-0.059, 0.019, 0.005), (-0.258, -0.966, 0.0), DOWN, 0.060, _TWO), "use",
          (Step(0.8, flex=("thumb", "index", "middle"), angle_deg=20.0),),
-         PassRule("joint", lift=0.0, hold=0.0, joint="blade", angle_deg=10.0),
+         PassRule("joint", lift=0.0, hold=_BRIEF, joint="blade", angle_deg=10.0,
+                  pressed=(Pressed(("thumb",), "blade"), Pressed(_TWO, "object"))),
          yaw_deg=90.0, start_deg=(("blade", 30.0),)),
     Task(24, "stapler-use", "stapler", _across(0.030, 0.049, 0.027, fingers=_ALL), "staple",
          (Step(0.6, shift=(0.0, 0.0, -0.02)),),
-         PassRule("joint", lift=0.0, hold=0.0, joint="arm", angle_deg=4.0), yaw_deg=90.0),
+         PassRule("joint", lift=0.0, hold=_BRIEF, slip=0.01, tilt_deg=10.0, joint="arm",
+                  angle_deg=4.0), yaw_deg=90.0),
 )  # fmt: skip
 """All 24 tasks in the order of Table I."""
 

@@ -48,6 +48,14 @@ class Step:
 
 
 @dataclass(frozen=True)
+class Pressed:
+    """A body of the object, and the fingers of which at least one has to press it."""
+
+    fingers: tuple[Finger, ...]
+    body: str
+
+
+@dataclass(frozen=True)
 class PassRule:
     """What a trial must show.
 
@@ -64,6 +72,10 @@ class PassRule:
         Time it stays there [s].
     slip, tilt_deg
         Largest displacement [m] and turn of the object in the hand.
+    pressed
+        What is to be pressed when the hinge passes its angle.
+    table_force
+        Most that hand and forearm press on the table [N].
     """
 
     kind: RuleKind
@@ -74,6 +86,13 @@ class PassRule:
     angle_deg: float = 0.0
     distance: float = 0.0
     joint: str | None = None
+    pressed: tuple[Pressed, ...] = ()
+    table_force: float = 15.0
+
+    @property
+    def lifted(self) -> bool:
+        """Whether the object's weight is carried by the hand."""
+        return self.kind in ("carry", "turn", "trace")
 
 
 @dataclass(frozen=True)
@@ -98,8 +117,6 @@ class Task:
         How the object stands on the table: its front's angle from +x, counter-clockwise.
     start_deg
         Angles of its hinges before the grasp, by name, where they are not 0.
-    held
-        The other hand (not simulated) holds the object in place.
     own_object
         The object itself where it is not a built-in one.
     """
@@ -113,7 +130,6 @@ class Task:
     rule: PassRule
     yaw_deg: float = 0.0
     start_deg: tuple[tuple[str, float], ...] = ()
-    held: bool = False
     own_object: GraspObject | None = None
 
     @property
@@ -137,7 +153,20 @@ class Task:
             pointing=self.grasp.pointing and _mirror(self.grasp.pointing),
         )
         steps = tuple(_mirror_step(step, self.action) for step in self.steps)
-        return replace(self, grasp=grasp, steps=steps, yaw_deg=-self.yaw_deg)
+        pressed = tuple(
+            replace(each, fingers=tuple(map(self._mirror_finger, each.fingers)))
+            for each in self.rule.pressed
+        )
+        rule = replace(self.rule, pressed=pressed)
+        return replace(self, grasp=grasp, steps=steps, rule=rule, yaw_deg=-self.yaw_deg)
+
+    def _mirror_finger(self, finger: Finger) -> Finger:
+        """Return the finger that lies on the same button in the other hand."""
+        return _OTHER.get(finger, finger) if self.action == "click" else finger
+
+
+_OTHER: dict[Finger, Finger] = {"index": "middle", "middle": "index"}
+"""Which finger lies on a button of the mouse when the other hand is on it."""
 
 
 def _mirror(vector: Vec3) -> Vec3:
@@ -149,7 +178,6 @@ def _mirror_step(step: Step, action: Action) -> Step:
     """Mirror displacement and turn (an axial vector) across y = 0."""
     x, y, z = step.axis
     axis = step.axis if action == "unscrew" else (-x, y, -z)
-    other: dict[Finger, Finger] = {"index": "middle", "middle": "index"}
     swap = action == "click"
-    flex = tuple(other.get(finger, finger) if swap else finger for finger in step.flex)
+    flex = tuple(_OTHER.get(finger, finger) if swap else finger for finger in step.flex)
     return replace(step, shift=_mirror(step.shift), axis=axis, flex=flex)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import RATE
-from handsim.grasping.rollout.sensing import NO_SENSORS, SLOTS, Sensors, contacts_of
+from handsim.grasping.rollout.sensing import NO_SENSORS, SLOTS, Sensors, Touch, contacts_of
 from handsim.types import Array, Index
 
 
@@ -58,8 +58,8 @@ class Simulations(ABC):
         ``ends`` (n,) are the numbers of readings of the runs.
         """
 
-    def exact_contacts(self) -> tuple[Array, float] | None:
-        """Return force (6,) [N] and overlap [m] if sensors have too few slots, otherwise None.
+    def exact_contacts(self) -> Touch | None:
+        """Return how hand and object touch if sensors have too few slots, otherwise None.
 
         A batch returns None in any case: it keeps no contacts that could be counted.
         """
@@ -90,7 +90,7 @@ class OneSimulation(Simulations):
         options.disableflags &= ~NO_SENSORS
         mujoco.mj_step(model, data)
 
-    def exact_contacts(self) -> tuple[Array, float] | None:
+    def exact_contacts(self) -> Touch | None:
         # The number of all contacts is known at once, and seldom as large as a sensor's slots.
         if self._data.ncon <= SLOTS or max(self._n_contacts[0].tolist()) <= SLOTS:
             return None

@@ -14,6 +14,8 @@ from handsim.joints import LOWER, N_JOINTS, UPPER
 from handsim.tasks.task import Task
 from handsim.types import Array, Mask
 
+GRAVITY = 9.81
+"""[m/s^2]"""
 SHAKE_FREQUENCY = 2.0
 """Frequency at which the hand is shaken during the hold [Hz]."""
 LOST = 0.02
@@ -41,6 +43,8 @@ class Commands:
         Row of the last reading of the reach.
     lift : (n, ...) [m]
         How far the palm has risen since the action began; minus infinity before.
+    load : (n, ..., 3) [m/s^2]
+        Force on each kilogram with which the palm carries: against gravity, and to accelerate.
     disturbance : (n, ..., 22) [rad]
         The glove's noise.
     """
@@ -52,6 +56,7 @@ class Commands:
     added: Array
     arrival: int
     lift: Array
+    load: Array
     disturbance: Array
 
     @classmethod
@@ -75,6 +80,7 @@ class Commands:
             added=strength[:, None] * squeeze + path.flexions(times),
             arrival=int(np.searchsorted(times, schedule.reach, side="right")) - 1,
             lift=lift,
+            load=_load(palm_pos),
             disturbance=np.zeros((len(times), N_JOINTS)),
         )
 
@@ -83,12 +89,17 @@ class Commands:
         generator = np.random.default_rng(conditions.seed)
         shaking = _shaking(self.times, conditions.shake, self.schedule, generator)
         disturbance = glove.disturbance(self.disturbance.shape, generator)
-        return replace(self, palm_pos=self.palm_pos + shaking, disturbance=disturbance)
+        palm_pos = self.palm_pos + shaking
+        return replace(self, palm_pos=palm_pos, load=_load(palm_pos), disturbance=disturbance)
+
+    def row(self, time: float) -> int:
+        """Return the row of the first reading at or after a time [s]."""
+        return int(np.searchsorted(self.times, time - 1e-9))
 
     @classmethod
     def together(cls, commands: Sequence["Commands"]) -> "Commands":
         """Return the commands of several runs of one schedule, with the runs as second axis."""
-        names = ("palm_pos", "palm_quat", "added", "lift", "disturbance")
+        names = ("palm_pos", "palm_quat", "added", "lift", "load", "disturbance")
         stacked = {name: np.stack([getattr(each, name) for each in commands], 1) for name in names}
         return replace(commands[0], **stacked)
 
@@ -116,6 +127,13 @@ class Commands:
         are never lost.
         """
         return (self.lift >= 2 * LOST) & (required >= LOST)
+
+
+def _load(palm_pos: Array) -> Array:
+    """Return the acceleration of a path (n, 3) [m], with that against gravity, (n, 3) [m/s^2]."""
+    acceleration = np.zeros_like(palm_pos)
+    acceleration[1:-1] = np.diff(palm_pos, 2, axis=0) * RATE**2
+    return acceleration + [0.0, 0.0, GRAVITY]
 
 
 def _shaking(

@@ -59,7 +59,7 @@ class Scene:
     def build(cls, task: Task, conditions: Conditions) -> "Scene":
         """Build the scene of a task under the given conditions."""
         spec = _scene(task, conditions)
-        add_sensors(spec)
+        add_sensors(spec, task.for_side(conditions.hand.side).rule.pressed)
         hand = HandModel.from_spec(spec)
         model = hand.model
         index = hand.ctrl_index

@@ -19,8 +19,12 @@ from handsim.content import ByContent
 from handsim.errors import InputError
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.rollout.need import LEAST, contacts_at, least_grip
 from handsim.tasks.rules import GraspTraces, Outcome, judge
 from handsim.types import Array
+
+N_NEEDS = 2
+"""Moments of the hold at which the force that is needed is computed."""
 
 if TYPE_CHECKING:
     import mujoco
@@ -80,8 +84,12 @@ class Rollout(ByContent):
         Readings in the driver's subspace; (n, 0) where it has none.
     contact_force : (n, 6) [N]
         Sum of normal forces on the object, per part of the hand (`CONTACT_PARTS`).
+    press : (n, 6, 3) [N]
+        The same forces as vectors in the world.
     penetration : (n,) [m]
-        Deepest overlap of hand and object.
+        Deepest overlap of the hand with object or table.
+    table_force : (n,) [N]
+        What hand and arm press on the table.
     phases
         In order of time.
     conditions, outcome
@@ -103,7 +111,9 @@ class Rollout(ByContent):
     reading: Array
     z: Array
     contact_force: Array
+    press: Array
     penetration: Array
+    table_force: Array
     phases: tuple[Phase, ...]
     conditions: Conditions
     outcome: Outcome
@@ -178,7 +188,8 @@ def record_of(
         Of the run.
     samples
         Arrays with a row for each reading: ``qpos``, ``qvel``, ``ctrl``, ``mocap_pos``,
-        ``mocap_quat``, ``contact_force``, ``penetration`` and those of `Sensors.poses`.
+        ``mocap_quat``, ``contact_force``, ``press``, ``penetration``, ``table_force``, ``pressed``
+        and those of `Sensors.poses`.
     unstable
         Whether the simulation diverged after the last sample.
     """
@@ -204,9 +215,14 @@ def record_of(
         object_quat=arrays.pop("object_quat"),
         palm_pos=arrays.pop("palm_pos"),
         palm_quat=arrays.pop("palm_quat"),
-        touching=(arrays["contact_force"] > 0).sum(axis=1),
+        press=arrays["press"],
+        force=arrays["contact_force"],
         penetration=arrays["penetration"],
+        table_force=arrays["table_force"],
+        pressed=arrays.pop("pressed"),
+        need=LEAST if unstable else _need(scene, commands, arrays),
         action_start=schedule.action_start,
+        hold_start=schedule.hold_start,
         symmetry=scene.object.symmetry,
         front_pos=front_pos,
         hinge=np.zeros(n) if hinge is None else arrays["qpos"][:, hinge],
@@ -224,6 +240,32 @@ def record_of(
         versions=current_versions(),
         **arrays,
     )
+
+
+def _need(scene: "Scene", commands: "Commands", arrays: Mapping[str, Array]) -> float:
+    """Return the greatest need of a few moments of the hold: where the palm accelerates most [N].
+
+    Only what is lifted has one beyond the least.
+    """
+    import mujoco
+
+    n, first = len(arrays["qpos"]), commands.row(commands.schedule.hold_start)
+    if not scene.task.rule.lifted or n <= first:
+        return LEAST
+    model = scene.hand.model
+    data = mujoco.MjData(model)
+    object_id = model.body("object").id
+    load = commands.load[:n] * model.body_subtreemass[object_id]
+    needs: list[float] = []
+    for rows in np.array_split(np.arange(first, n), N_NEEDS):
+        if not len(rows):
+            continue
+        row = int(rows[np.linalg.norm(load[rows], axis=1).argmax()])
+        for name in ("qpos", "ctrl", "mocap_pos", "mocap_quat"):
+            getattr(data, name)[:] = arrays[name][row]
+        mujoco.mj_forward(model, data)
+        needs.append(least_grip(contacts_at(model, data), data.subtree_com[object_id], load[row]))
+    return max(needs)
 
 
 def _phases(schedule: "Schedule") -> tuple[Phase, ...]:

@@ -27,6 +27,7 @@ from handsim.grasping.rollout.forearm import Wrist
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.jobs import COMMANDS, Job, commands_of, groups_of
 from handsim.grasping.rollout.record import Rollout, record_of
+from handsim.grasping.rollout.sensing import Touch
 from handsim.grasping.silence import silent
 from handsim.joints import CONTACT_PARTS
 from handsim.types import Array, Mask
@@ -148,14 +149,14 @@ class _Recent:
     sensors
         Values of the sensors at each reading.
     exact_contacts
-        Force and penetration of a run by itself, by row, where the sensors have too few slots.
+        How hand and object touch in a run by itself, by row, where sensors have too few slots.
     speeds, warnings
         MuJoCo's velocities and counts of warnings after the steps that follow each reading.
     """
 
     def __init__(self, simulations: Simulations) -> None:
         self.sensors = np.empty((CHECKED_EVERY, *simulations.sensordata.shape))
-        self.exact_contacts: dict[int, tuple[Array, float]] = {}
+        self.exact_contacts: dict[int, Touch] = {}
         self.speeds = np.empty((CHECKED_EVERY, *simulations.qvel.shape))
         self.warnings = np.empty((CHECKED_EVERY, *simulations.warnings.shape), dtype=np.int32)
 
@@ -183,11 +184,14 @@ class _Runs:
         self.end = int(self.ends.max())
         self.unstable, self.lost, self.uncounted = np.zeros((3, n), dtype=bool)
         widths = {name: getattr(simulations, name).shape[1] for name in COMMANDS + _STATES}
-        widths |= {"contact_force": len(CONTACT_PARTS), "poses": simulations.sensors.n_poses}
+        sensors = simulations.sensors
+        widths |= {"contact_force": len(CONTACT_PARTS), "poses": sensors.n_poses}
+        widths["pressed"] = sensors.n_pressed
         self.samples: dict[str, Array] = {
             name: np.zeros((self.end, n, width)) for name, width in widths.items()
         }
-        self.samples["penetration"] = np.zeros((self.end, n))
+        self.samples |= {name: np.zeros((self.end, n)) for name in ("penetration", "table_force")}
+        self.samples["press"] = np.zeros((self.end, n, len(CONTACT_PARTS), 3))
         self.groups = groups_of(jobs, self.commands, simulations.qpos, self.samples)
         self.recent = _Recent(simulations)
         # Readings at which an object that has not risen is lost.
@@ -216,12 +220,17 @@ class _Runs:
         """Make samples of what was kept of some readings, and end runs that have diverged."""
         samples, sensors, recent = self.samples, self.simulations.sensors, self.recent
         rows, n = slice(start, stop), stop - start
-        force, depth, crowded = sensors.contacts(recent.sensors[:n])
+        touch, crowded = sensors.contacts(recent.sensors[:n])
         for row, exact in recent.exact_contacts.items():  # of a run by itself
-            force[row, 0], depth[row, 0] = exact
+            for values, value in zip(touch, exact, strict=True):
+                values[row, 0] = value
             crowded[row, 0] = False
         recent.exact_contacts.clear()
-        samples["contact_force"][rows], samples["penetration"][rows] = force, depth
+        table_force, table_overlap = sensors.table(recent.sensors[:n])
+        samples["contact_force"][rows], samples["press"][rows] = touch.force, touch.press
+        samples["penetration"][rows] = np.maximum(touch.penetration, table_overlap)
+        samples["table_force"][rows] = table_force
+        samples["pressed"][rows] = sensors.pressed(recent.sensors[:n])
         samples["poses"][rows] = recent.sensors[:n, :, : sensors.n_poses]
         bad = diverged(recent.speeds[:n], recent.warnings[:n])
         if bad.any():

@@ -6,12 +6,14 @@ a batch, and are computed only where they are needed.
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from handsim.joints import CONTACT_PARTS, FINGERS
+from handsim.tasks.task import Pressed
 from handsim.types import Array, Mask
 
 SLOTS = 8
@@ -32,19 +34,31 @@ _POSES = (
 )
 """Poses in the world: name, body, type of the sensor, and whether the pose is that of the body's
 centre of mass (``BODY``) or of its frame (``XBODY``)."""
-_FIELDS = (
-    mujoco.mjtConDataField.mjCONDATA_FOUND,
-    mujoco.mjtConDataField.mjCONDATA_FORCE,
-    mujoco.mjtConDataField.mjCONDATA_DIST,
+_FOUND, _FORCE, _DIST, _NORM = (
+    1 << int(field)
+    for field in (
+        mujoco.mjtConDataField.mjCONDATA_FOUND,
+        mujoco.mjtConDataField.mjCONDATA_FORCE,
+        mujoco.mjtConDataField.mjCONDATA_DIST,
+        mujoco.mjtConDataField.mjCONDATA_NORMAL,
+    )
 )
+_NEAREST, _TOGETHER = 1, 3  # MuJoCo's ways to reduce contacts to one: "mindist", "netforce"
 _PREFIX = "seen_"
 """Of the names of these sensors."""
-_WIDTH, _NORMAL, _DISTANCE = 5, 1, 4
-"""A slot has 5 numbers: contacts found, force (3, the normal one first) and distance."""
+_WIDTH, _PUSH, _DISTANCE, _DIRECTION = 8, 1, 4, slice(5, 8)
+"""A slot has 8 numbers: contacts found, force (3, the normal one first), distance, normal (3)."""
 
 
-def add_sensors(spec: mujoco.MjSpec) -> None:
-    """Give a scene the sensors that `Sensors` reads; how it moves stays the same."""
+def add_sensors(spec: mujoco.MjSpec, pressed: Sequence[Pressed] = ()) -> None:
+    """Give a scene the sensors that `Sensors` reads; how it moves stays the same.
+
+    Parameters
+    ----------
+    spec
+    pressed
+        Bodies of the object whose forces from single fingers are wanted.
+    """
     for name, body, kind, frame in _POSES:
         spec.add_sensor(name=_PREFIX + name, type=kind, objtype=frame, objname=body)
     for body, part in _touching_bodies(spec):
@@ -56,8 +70,48 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
             objname=body,
             reftype=mujoco.mjtObj.mjOBJ_XBODY,
             refname="object",
-            intprm=[sum(1 << int(field) for field in _FIELDS), 0, SLOTS],
+            intprm=[_FOUND | _FORCE | _DIST | _NORM, 0, SLOTS],
         )
+    _add_contact(spec, "table_force", "forearm", "table", _FORCE, _TOGETHER)
+    _add_contact(spec, "table_overlap", "forearm", "table", _DIST, _NEAREST)
+    for i, each in enumerate(pressed):
+        for finger in each.fingers:
+            first = next(body for body, part in _touching_bodies(spec) if part == finger)
+            _add_contact(spec, f"pressed_{i}_{finger}", first, each.body, _FORCE, _TOGETHER)
+
+
+def _add_contact(
+    spec: mujoco.MjSpec, name: str, body: str, touched: str, fields: int, reduced: int
+) -> None:
+    """Add a sensor of all contacts of a body and its children with a body or the table."""
+    table = touched == "table"
+    spec.add_sensor(
+        name=_PREFIX + name,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_XBODY,
+        objname=body,
+        reftype=mujoco.mjtObj.mjOBJ_GEOM if table else mujoco.mjtObj.mjOBJ_BODY,
+        refname=touched,
+        intprm=[fields, reduced, 1],
+    )
+
+
+class Touch(NamedTuple):
+    """How hand and object touch, at one time or many.
+
+    Attributes
+    ----------
+    force : (..., 6) [N]
+        Normal forces on the object, summed up for each part of the hand (`CONTACT_PARTS`).
+    press : (..., 6, 3) [N]
+        The same forces as vectors in the world.
+    penetration : (...,) [m]
+        Deepest overlap of hand and object.
+    """
+
+    force: Array
+    press: Array
+    penetration: Array
 
 
 class Sensors:
@@ -93,49 +147,74 @@ class Sensors:
             name: slice(end - size, end)
             for name, size, end in zip(names[:n], sizes.tolist(), ends.tolist(), strict=False)
         }
-        self._parts = [_part(body) for body in names[n:]]
+        table = names.index("table_force")
+        self._parts = [_part(body) for body in names[n:table]]
+        self._slots = slice(self.n_poses, int(starts[table] - starts[0]))
+        self._table_force, self._table_overlap = self._slots.stop + 2, self._slots.stop + 3
+        numbers = [name.split("_")[1] for name in names[table + 2 :]]
+        self._pressed = [
+            [int(ends[table + 2 + i]) for i, each in enumerate(numbers) if each == number]
+            for number in sorted(set(numbers))
+        ]
 
     def poses(self, values: Array) -> dict[str, Array]:
         """Return poses by name, (n, 3) [m] or (n, 4), from values (n, n_poses or more)."""
         return {name: values[:, place].copy() for name, place in self._poses.items()}
 
+    @property
+    def n_pressed(self) -> int:
+        """How many bodies are watched for the fingers that press them."""
+        return len(self._pressed)
+
     def n_contacts(self, values: Array) -> Array:
         """Return how many contacts each contact sensor found, (..., n_sensors), as a view."""
-        return values[..., self.n_poses :: SLOTS * _WIDTH]
+        return values[..., self._slots][..., :: SLOTS * _WIDTH]
 
-    def contacts(self, values: Array) -> tuple[Array, Array, Mask]:
-        """Return how hand and object touch.
+    def contacts(self, values: Array) -> tuple[Touch, Mask]:
+        """Return how hand and object touch, and whether a sensor had too few slots, (...,).
 
         Parameters
         ----------
         values : (..., n_values)
-
-        Returns
-        -------
-        force : (..., 6) [N]
-            Normal forces on the object, summed up for each part of the hand (`CONTACT_PARTS`).
-        penetration : (...,) [m]
-            Deepest overlap of hand and object.
-        crowded : (...,)
-            Whether a sensor had too few slots.
         """
         shape = values.shape[:-1]
         rows = values.reshape(-1, values.shape[-1])
-        slots = rows[:, self.n_poses :].reshape(len(rows), len(self._parts), SLOTS, _WIDTH)
-        by_sensor = slots[:, :, 0, _NORMAL].copy()
+        slots = rows[:, self._slots].reshape(len(rows), len(self._parts), SLOTS, _WIDTH)
+        pushes = slots[:, :, :, _PUSH]
+        vectors = pushes[..., None] * slots[:, :, :, _DIRECTION]
+        by_sensor, as_vector = pushes[:, :, 0].copy(), vectors[:, :, 0].copy()
         for i in range(1, SLOTS):  # in the order of the contacts, as a sum over them would be
-            by_sensor += slots[:, :, i, _NORMAL]
+            by_sensor += pushes[:, :, i]
+            as_vector += vectors[:, :, i]
         force = np.zeros((len(rows), len(CONTACT_PARTS)))
+        press = np.zeros((*force.shape, 3))
         for i, part in enumerate(self._parts):
             force[:, part] += by_sensor[:, i]
+            press[:, part] += as_vector[:, i]
         depth = np.maximum(0.0, -slots[:, :, :, _DISTANCE].min(axis=(1, 2)))
         crowded = self.n_contacts(rows).max(axis=1) > SLOTS
-        return force.reshape(*shape, -1), depth.reshape(shape), crowded.reshape(shape)
+        touch = Touch(force.reshape(*shape, -1), press.reshape(*shape, -1, 3), depth.reshape(shape))
+        return touch, crowded.reshape(shape)
+
+    def table(self, values: Array) -> tuple[Array, Array]:
+        """Return what the hand presses on the table (...,) [N], and its overlap with it [m]."""
+        overlap = np.maximum(0.0, -values[..., self._table_overlap])
+        return np.abs(values[..., self._table_force]), overlap
+
+    def pressed(self, values: Array) -> Array:
+        """Return the greatest force of the fingers that each rule names on its body, (..., n)."""
+        forces = np.zeros((*values.shape[:-1], self.n_pressed))
+        for i, ends in enumerate(self._pressed):
+            for end in ends:
+                force = np.sqrt((values[..., end - 3 : end] ** 2).sum(axis=-1))
+                forces[..., i] = np.maximum(forces[..., i], force)
+        return forces
 
 
-def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, float]:
-    """Return force (6,) [N] and overlap [m] of one simulation, however many contacts there are."""
-    force, contact = np.zeros(len(CONTACT_PARTS)), data.contact
+def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> Touch:
+    """Return how hand and object touch in one simulation, however many contacts there are."""
+    force, press = np.zeros(len(CONTACT_PARTS)), np.zeros((len(CONTACT_PARTS), 3))
+    contact = data.contact
     root = model.body_rootid[model.geom_bodyid[contact.geom]]
     object_id, forearm = model.body("object").id, model.body("forearm").rootid
     first, second = root.T
@@ -143,12 +222,20 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, floa
         (first == forearm) & (second == object_id)
     )
     held &= contact.efc_address >= 0
-    for pair, roots, address in zip(
-        contact.geom[held], root[held], contact.efc_address[held], strict=True
+    for pair, roots, address, frame in zip(
+        contact.geom[held],
+        root[held],
+        contact.efc_address[held],
+        contact.frame[held],
+        strict=True,
     ):
         body = model.geom_bodyid[pair[roots == forearm][0]]
-        force[_part(model.body(body).name)] += data.efc_force[address]
-    return force, max(0.0, -float(contact.dist[held].min(initial=0.0)))
+        part, push = _part(model.body(body).name), data.efc_force[address]
+        force[part] += push
+        # MuJoCo's normal points from the first geom to the second.
+        press[part] += push * (frame[:3] if roots[0] == forearm else -frame[:3])
+    depth = max(0.0, -float(contact.dist[held].min(initial=0.0)))
+    return Touch(force, press, np.array(depth))
 
 
 def _touching_bodies(spec: mujoco.MjSpec) -> Iterator[tuple[str, str]]:

@@ -1,0 +1,100 @@
+"""The force that a grasp needs: the least on each side with which its contacts carry the load."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from scipy.optimize import linprog
+
+from handsim.types import Array
+
+LEAST = 1.0
+"""A need is counted as at least this [N]: what people press the lightest things with."""
+_ROUND = 8  # directions of a friction cone
+_TWISTS = np.deg2rad([-90.0, -45.0, 0.0, 45.0, 90.0])  # from friction to torsion
+_MISSING = 1e3  # cost of load that contacts cannot carry, relative to that of their force
+
+
+class Contacts(NamedTuple):
+    """Contacts of hand and object.
+
+    Attributes
+    ----------
+    points, normals : (n, 3) [m], (n, 3)
+        Places, and unit normals along which the hand pushes the object.
+    friction, torsion : (n,), (n,) [m]
+        Coefficients of sliding and torsional friction.
+    """
+
+    points: Array
+    normals: Array
+    friction: Array
+    torsion: Array
+
+
+def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:
+    """Return the contacts of hand and object in a state that `mj_forward` has been called for."""
+    contact = data.contact
+    root = model.body_rootid[model.geom_bodyid[contact.geom]]
+    object_id, hand = model.body("object").id, model.body_rootid[model.body("forearm").id]
+    first, second = root.T
+    held = ((first == hand) & (second == object_id)) | ((first == object_id) & (second == hand))
+    # MuJoCo's normal points from the first geom to the second.
+    sign = np.where(second[held] == object_id, 1.0, -1.0)
+    return Contacts(
+        contact.pos[held],
+        sign[:, None] * contact.frame[held, :3],
+        contact.friction[held, 0],
+        contact.friction[held, 2],
+    )
+
+
+def least_grip(contacts: Contacts, centre: Array, force: Array) -> float:
+    """Return the least normal force a side that carries a load, not counted below `LEAST` [N].
+
+    It is half of the least sum of normal forces with which friction and torsion at the contacts
+    balance the load, found by linear programming: in a grip of two sides, that of either.
+
+    Parameters
+    ----------
+    contacts
+    centre : (3,) [m]
+        The object's centre of mass, at which the load acts: off-centre contacts have its torque
+        to withstand as well.
+    force : (3,) [N]
+        What the hand has to push the object with: against gravity, and to accelerate it.
+
+    Notes
+    -----
+    Friction and torsion share one elliptic cone, as in the simulation, which edges approximate
+    from inside; the need comes out up to 8 % too large. Load that the contacts cannot carry at all
+    counts as carried by nobody.
+    """
+    if not len(contacts.points):
+        return LEAST
+    wrenches = _edges(contacts, centre)
+    n = wrenches.shape[1]
+    balance = np.hstack([wrenches, np.eye(6), -np.eye(6)])
+    cost = np.concatenate([np.ones(n), np.full(12, _MISSING)])
+    load = np.concatenate([force, np.zeros(3)])
+    found = linprog(cost, A_eq=balance, b_eq=load, method="highs")
+    return LEAST if found.x is None else max(LEAST, 0.5 * float(found.x[:n].sum()))
+
+
+def _edges(contacts: Contacts, centre: Array) -> Array:
+    """Return wrenches (6, n) [N], [N m] of unit normal forces along the edges of all cones."""
+    columns: list[Array] = []
+    for point, normal, friction, torsion in zip(*contacts, strict=True):
+        first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+        first /= np.linalg.norm(first)
+        second = np.cross(normal, first)
+        for twist in _TWISTS:
+            along, about = friction * np.cos(twist), torsion * np.sin(twist)
+            angles = 2 * np.pi * np.arange(_ROUND) / _ROUND if along > 1e-9 else [0.0]
+            for angle in angles:
+                force = normal + along * (np.cos(angle) * first + np.sin(angle) * second)
+                torque = np.cross(point - centre, force) + about * normal
+                columns.append(np.concatenate([force, torque]))
+    return np.column_stack(columns)
