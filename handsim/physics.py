@@ -4,6 +4,8 @@
 
 import mujoco
 
+GRAVITY = 9.81
+"""[m/s^2]"""
 TIMESTEP = 0.002
 """[s]"""
 

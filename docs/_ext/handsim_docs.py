@@ -24,7 +24,8 @@ from handsim.joints import JOINTS
 from handsim.learning import controller
 from handsim.objects.catalogue import OBJECTS
 from handsim.recordings.glove.calibrate import POSTURES
-from handsim.tasks.rules import MAX_PENETRATION, TRACE_HEIGHT
+from handsim.tasks.grip_rules import MAX_PENETRATION
+from handsim.tasks.rules import TRACE_HEIGHT
 from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS
 from handsim.tasks.task import PassRule, Task
 

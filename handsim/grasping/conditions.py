@@ -16,6 +16,10 @@ LIMITS: dict[str, tuple[float, float]] = {
     "friction": HAND_FRICTION_RANGE,
     "mass_scale": (1e-3, 1e3),
     "shake": (0.0, 100.0),
+    "bias": (0.0, np.pi),
+    "drift": (0.0, np.pi),
+    "latency": (0.0, 1.0),
+    "lost": (0.0, 0.99),
 }
 """What is simulated; far beyond what hands and objects are like, so that limits can be sought."""
 MAX_OFFSET = 3.2
@@ -42,6 +46,13 @@ class Conditions:
         Displacement of the object from where the plan expects it, (x [m], y [m], yaw [rad]).
     shake
         Amplitude of the base's acceleration during the hold [m/s^2].
+    bias, drift
+        How far each sensor of the glove is off, to one side or the other [rad], and how much more
+        every second [rad/s].
+    latency
+        Age of the readings and forces that the controller gets [s], in steps of 10 ms.
+    lost
+        Share of readings that do not come.
 
     Raises
     ------
@@ -56,6 +67,10 @@ class Conditions:
     mass_scale: float = 1.0
     object_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     shake: float = 0.0
+    bias: float = 0.0
+    drift: float = 0.0
+    latency: float = 0.0
+    lost: float = 0.0
 
     def __post_init__(self) -> None:
         """Check all values."""

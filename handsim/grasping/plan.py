@@ -100,7 +100,9 @@ class GraspPlan:
     q_start, q_goal : (22,) [rad]
         Postures at the start and at the grasp.
     squeeze
-        Factor on the squeeze layer.
+        Factor on the flexion with which the hand closes after the reach.
+    grip
+        What thumb and fingers press on their sides then [N].
     arrive
         Fraction of the reach at which the palm is in place.
     z_goal : (n_components,) [rad]
@@ -114,6 +116,7 @@ class GraspPlan:
     q_start: Array
     q_goal: Array
     squeeze: float = 1.0
+    grip: float = 3.0
     arrive: float = 0.85
     z_goal: Array | None = None
 

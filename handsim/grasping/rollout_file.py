@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 KIND = "rollout"
 
 
-SCHEMA = 1
+SCHEMA = 2
+"""2: forces as vectors and those on the table; before that they count as 0."""
 
 
 ASSET_PREFIX = "asset:"
@@ -40,7 +41,9 @@ _ARRAYS: dict[str, tuple[int | None, ...]] = {
     "reading": (N_JOINTS,),
     "z": (None,),
     "contact_force": (len(CONTACT_PARTS),),
+    "press": (len(CONTACT_PARTS), 3),
     "penetration": (),
+    "table_force": (),
 }
 """Shape of a sample of each array, None for any length."""
 
@@ -88,7 +91,7 @@ def read_rollout(path: Path) -> Rollout:
             conditions=_conditions_of_json(metadata["conditions"]),
             outcome=Outcome(**_checked(Outcome, metadata["outcome"])),
             versions={_text(k): _text(v) for k, v in dict(metadata["versions"]).items()},
-            **_checked_arrays(arrays),
+            **_checked_arrays(arrays, metadata["schema"]),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise FileError(f"{path}: not a whole rollout ({error}); make it again") from error
@@ -119,9 +122,10 @@ def _checked(kind: type, values: Any) -> dict[str, Any]:
         if each.name not in values:
             continue  # has a default, or its absence is told when it is needed
         value = values[each.name]
-        if each.type in (int, float):
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            good = number and math.isfinite(value)
+        if each.name == "forces_n":
+            good = isinstance(value, dict) and all(map(_finite, value.values()))
+        elif each.type in (int, float):
+            good = _finite(value)
         else:
             good = each.type not in (str, bool) or isinstance(value, each.type)
         if not good:
@@ -129,9 +133,16 @@ def _checked(kind: type, values: Any) -> dict[str, Any]:
     return values
 
 
-def _checked_arrays(arrays: dict[str, npt.NDArray[Any]]) -> dict[str, Array]:
+def _finite(value: Any) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and math.isfinite(value)
+
+
+def _checked_arrays(arrays: dict[str, npt.NDArray[Any]], schema: int) -> dict[str, Array]:
     """Return the traces, if they are finite numbers and of one length."""
     n = len(np.atleast_1d(arrays["time"]))
+    since_2 = {"press": np.zeros((n, len(CONTACT_PARTS), 3)), "table_force": np.zeros(n)}
+    arrays = {**since_2, **arrays} if schema == 1 else arrays
     for name, sample in _ARRAYS.items():
         array = arrays[name]
         shaped = array.ndim == 1 + len(sample) and len(array) == n > 0

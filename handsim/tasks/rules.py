@@ -16,14 +16,22 @@ from handsim.joints import CONTACT_PARTS
 from handsim.result import Result
 from handsim.tasks.grip_rules import (
     LEAST_PRESS,
+    MAX_FORCE,
+    MAX_MARGIN,
+    MAX_PENETRATION,
+    MAX_PUSH,
+    MAX_PUSH_TURN_DEG,
+    OPPOSED_COSINE,
+    OPPOSED_SHARE,
     Reason,
     broken,
     held_forces,
+    opposed_share,
     pushed,
     table_force,
 )
 from handsim.tasks.task import PassRule, Task
-from handsim.tasks.traces import GraspTraces
+from handsim.tasks.traces import AVERAGED, GraspTraces
 from handsim.types import Array
 
 ASTRAY_DEG = 20.0
@@ -34,6 +42,13 @@ TRACE_HEIGHT = 0.003
 """How near to the table a front end draws on it [m]."""
 SAMPLE = 0.011
 """Tolerance on the time held: one sample of a 100 Hz record [s]."""
+
+
+LIMITS = (
+    *(MAX_PUSH, MAX_PUSH_TURN_DEG, MAX_PENETRATION, MAX_FORCE, MAX_MARGIN, LEAST_PRESS),
+    *(OPPOSED_COSINE, OPPOSED_SHARE, AVERAGED, TRACE_HEIGHT, ASTRAY_DEG, ASTRAY),
+)
+"""All limits that tasks share. A plan made under other limits is made again."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +73,8 @@ class Outcome(Result):
         Least force on a side that holds the object [N], and the greatest of the forces beside it.
     table_force_n
         Most that hand and arm pressed on the table.
+    opposed
+        Share of action and hold in which thumb and fingers press against each other.
     done
         Share of what the rule asks of the action, beside lift and hold; 1 where it asks nothing.
     detail
@@ -78,6 +95,7 @@ class Outcome(Result):
     need_n: float = 0.0
     margin: float = 0.0
     table_force_n: float = 0.0
+    opposed: float = 0.0
     done: float = 0.0
     detail: str = ""
 
@@ -125,6 +143,7 @@ def _measured(traces: GraspTraces, rule: PassRule) -> dict[str, Any]:
         "need_n": traces.need,
         "margin": float(forces.max()) / traces.need,
         "table_force_n": table_force(traces),
+        "opposed": opposed_share(traces),
     }
 
 

@@ -1,6 +1,6 @@
 """The six-axis test of a grasp: forces from six sides, after the DexGraspBench protocol.
 
-The test begins with the state after the squeeze. Gravity, table and the other hand are removed, and
+The test begins with the state after the squeeze. Gravity and table are removed, and
 the mass of the object is set to 100 g. A force of 10 m/s^2 times the mass then pulls the object for
 2 s along each axis of the world in turn. The protocol has no gravity from the start; here the
 object lies on the table until the test begins. Objects that are only pressed onto the table (a
@@ -22,7 +22,7 @@ import numpy as np
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import MAX_SPEED
 from handsim.grasping.silence import silent
-from handsim.tasks.rules import MAX_PENETRATION, Reason
+from handsim.tasks.grip_rules import Reason
 from handsim.types import Array
 
 MASS = 0.1
@@ -35,6 +35,8 @@ FRICTION = (0.6, 0.02)
 """Tangential and torsional [m]."""
 MAX_SHIFT, MAX_TURN_DEG = 0.05, 15.0
 """Limits of the displacement [m] and the turn of the object."""
+MAX_OVERLAP = 0.01
+"""Deepest overlap of hand and object [m], as in the published test."""
 DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 
 
@@ -60,7 +62,7 @@ class SixAxisOutcome:
         """Why the grasp failed, or None."""
         if not all(map(math.isfinite, self.shift_m)):
             return "unstable"
-        if self.penetration_m > MAX_PENETRATION:
+        if self.penetration_m > MAX_OVERLAP:
             return "penetrated"
         if max(self.shift_m) >= MAX_SHIFT:
             return "slipped"
@@ -79,8 +81,7 @@ def six_axis(rollout: Rollout, *, hard: bool = False) -> SixAxisOutcome:
     Parameters
     ----------
     rollout
-        Of any task; its state after the squeeze is used. An object that another hand held (the
-        jar whose lid is turned) is released.
+        Of any task; its state after the squeeze is used.
     hard
         Use MuJoCo's own contact settings (impratio 1, no noslip iterations), with which objects
         creep.
@@ -112,9 +113,6 @@ def _protocol_model(rollout: Rollout, hard: bool) -> mujoco.MjModel:
     scale = MASS / model.body_mass[of_object].sum()
     model.body_mass[of_object] *= scale
     model.body_inertia[of_object] *= scale
-    for index in range(model.neq):
-        if model.equality(index).name == "object_held":
-            model.eq_active0[index] = False
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 

@@ -18,6 +18,7 @@ from handsim.grasping.planning.preshapes import REST, preshape_for
 from handsim.grasping.planning.trial_variation import USUAL, TrialVariation, trial_variation
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import ScriptedDriver
+from handsim.grasping.rollout.need import two_sided_need
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import simulate
 from handsim.hand.mjcf import build_hand
@@ -26,6 +27,8 @@ from handsim.joints import clip_to_range
 from handsim.tasks.task import Task
 from handsim.types import Array, Side
 
+GRIP_MARGIN = 2.2
+"""What a script presses on each side, relative to the need of a grip of two sides."""
 RETREAT = 0.16
 """Distance between the palm's first pose and its pose at the grasp [m]."""
 
@@ -54,7 +57,8 @@ def scripted_plan(
     palm = palm.moved(preshape.sink * np.array(task.grasp.approach))
     palm = offsets.palm(palm, side)
     q_goal = clip_to_range(q_touch + preshape.beyond * (preshape.shut - preshape.open))
-    plan = GraspPlan(palm, _retreat(task, palm), REST, q_goal, preshape.squeeze)
+    grip = GRIP_MARGIN * two_sided_need(task.object)
+    plan = GraspPlan(palm, _retreat(task, palm), REST, q_goal, preshape.squeeze, grip)
     return plan, preshape.open
 
 

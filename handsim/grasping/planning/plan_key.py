@@ -16,12 +16,13 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import RATE, DataGlove
+from handsim.grasping.rollout.grip import GRIP
 from handsim.grasping.rollout.sensing import NO_SENSORS
 from handsim.grasping.rollout.squeeze import SQUEEZE_DEG
 from handsim.hand.mjcf import PASSING_PAIRS
 from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import Collider, GraspObject, Piece
-from handsim.tasks.rules import MAX_PENETRATION, TRACE_HEIGHT
+from handsim.tasks.rules import LIMITS
 from handsim.tasks.task import Task
 from handsim.types import HandSize
 
@@ -68,7 +69,7 @@ class PlanKey:
         Durations of the phases.
     physics
         Options of the solver, contacts, actuators, the weld of the forearm, and two parts outside
-        the model: the glove and the squeeze layer.
+        the model: the glove and the grip layer.
     """
 
     task: str
@@ -117,11 +118,11 @@ def key_of(scene: Scene) -> PlanKey:
     """Return the key of plans for a nominal scene."""
     model, task = scene.hand.model, scene.task
     return PlanKey(
-        task=content_digest(task_content(task), MAX_PENETRATION, TRACE_HEIGHT),
+        task=content_digest(task_content(task), LIMITS),
         object=content_digest(object_content(scene.object), _moved(model, "object")),
         hand=content_digest(_moved(model, "forearm"), _places(model, "forearm"), PASSING_PAIRS),
         schedule=content_digest(schedule_for(task)),
-        physics=content_digest(_physics(model), RATE, DataGlove(), SQUEEZE_DEG),
+        physics=content_digest(_physics(model), RATE, DataGlove(), SQUEEZE_DEG, GRIP),
     )
 
 

@@ -181,6 +181,7 @@ def _to_json(task: str, stored: StoredPlan) -> _Stored:
         "q_goal_rad": plan.q_goal.tolist(),
         "z_goal_rad": None if plan.z_goal is None else plan.z_goal.tolist(),
         "squeeze": plan.squeeze,
+        "grip_n": plan.grip,
         "arrive": plan.arrive,
     }
 
@@ -205,9 +206,12 @@ def _key(stored: _Stored) -> PlanKey:
 
 
 def _plan(stored: _Stored, unit: str) -> GraspPlan:
-    squeeze, arrive = _numbers([stored["squeeze"], stored.get("arrive", GraspPlan.arrive)], 2)
-    if not (squeeze >= 0 and 0 < arrive <= 1):
-        raise ValueError(f"squeeze {squeeze:g} or arrival {arrive:g} is out of range")
+    usual = {"grip_n": GraspPlan.grip, "arrive": GraspPlan.arrive} | stored
+    squeeze, grip, arrive = _numbers([usual[name] for name in ("squeeze", "grip_n", "arrive")], 3)
+    if not (squeeze >= 0 and grip > 0 and 0 < arrive <= 1):
+        raise ValueError(
+            f"squeeze {squeeze:g}, grip {grip:g} N or arrival {arrive:g} is out of range"
+        )
     quat = _numbers(stored["palm_quat_wxyz"], 4)
     if abs(np.linalg.norm(quat) - 1.0) > 1e-6:
         raise ValueError("the palm's quaternion is not of length 1")
@@ -223,6 +227,7 @@ def _plan(stored: _Stored, unit: str) -> GraspPlan:
         q_start,
         q_goal,
         float(squeeze),
+        float(grip),
         float(arrive),
         z_goal,
     )

@@ -8,11 +8,21 @@ import numpy as np
 
 from handsim.grasping.conditions import Conditions, perturb
 from handsim.grasping.rollout.record import Rollout
-from handsim.tasks.task import Task
+from handsim.tasks.grip_rules import (
+    MAX_MARGIN,
+    MAX_PENETRATION,
+    MAX_PUSH,
+    MAX_PUSH_TURN_DEG,
+    OPPOSED_SHARE,
+)
+from handsim.tasks.rules import Outcome
+from handsim.tasks.task import PassRule, Task
 from handsim.types import Array
 
 ENOUGH = -0.4
 """Mean cost at which a search ends: every run holds, well within every limit."""
+BROKEN = 0.3
+"""Cost of breaking a rule of every grasp by as much again as its limit."""
 SEARCH_SEED = 1000
 """Seed of the first perturbed run of a search, far from the seeds of trials."""
 WORST = 5.0
@@ -34,21 +44,35 @@ def tried_conditions(nominal: Conditions, n_perturbed: int) -> list[Conditions]:
 def cost_of(rollout: Rollout, task: Task) -> float:
     """Return the cost of a run: at least 1 where it failed, -1 to 0 where it held.
 
-    A failure costs less the longer it held and the more of the task it did. A success costs less
-    the farther slip and tilt are below their limits.
+    A failure costs less the longer it held, the more of the task it did, and the less it breaks the
+    rules of every grasp. A success costs less the farther it is from all limits.
     """
     outcome, rule = rollout.outcome, task.rule
     slip = min(outcome.peak_slip_m / rule.slip, 5.0)
     tilt = min(outcome.peak_tilt_deg / rule.tilt_deg, 5.0)
+    used = used_of_limits(outcome, rule)
     if outcome.success:
-        return max(slip, tilt) - 1.0
+        return max(slip, tilt, *used) - 1.0
     held = min(outcome.hold_s / rule.hold, 1.0) if rule.hold else 0.0
     rises = rule.lift > 0 and rule.kind != "slide"
     lifted = min(outcome.lift_m / rule.lift, 1.0) if rises else 0.0
     squeezed = rollout.contact_force[rollout.time > rollout.phases[1].start]
     grip = float((squeezed > 0).mean(axis=0).mean())
     missing = (1 - held) + 0.5 * (1 - lifted) + (1 - outcome.done) + 0.5 * (1 - grip)
-    return 1.0 + missing + 0.1 * (slip + tilt)
+    broken = sum(min(each - 1.0, 4.0) for each in used if each > 1.0)
+    broken += 1.0 - min(outcome.opposed / OPPOSED_SHARE, 1.0)
+    return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * broken
+
+
+def used_of_limits(outcome: Outcome, rule: PassRule) -> tuple[float, ...]:
+    """Return how much a run uses of the limits that every grasp has, 1 where it is all."""
+    return (
+        outcome.penetration_m / MAX_PENETRATION,
+        outcome.pushed_m / MAX_PUSH,
+        outcome.pushed_deg / MAX_PUSH_TURN_DEG,
+        outcome.table_force_n / rule.table_force,
+        outcome.margin / MAX_MARGIN if rule.lifted else 0.0,
+    )
 
 
 def mean_cost(costs_in_turn: Sequence[Callable[[], float]]) -> float:

@@ -10,12 +10,11 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, PalmPath, Pose, Schedule, ramp
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.squeeze import squeeze_offset
-from handsim.joints import LOWER, N_JOINTS, UPPER
+from handsim.joints import N_JOINTS
+from handsim.physics import GRAVITY
 from handsim.tasks.task import Task
 from handsim.types import Array, Mask
 
-GRAVITY = 9.81
-"""[m/s^2]"""
 SHAKE_FREQUENCY = 2.0
 """Frequency at which the hand is shaken during the hold [Hz]."""
 LOST = 0.02
@@ -37,27 +36,42 @@ class Commands:
         When the glove is read.
     palm_pos, palm_quat : (n, ..., 3) [m], (n, ..., 4)
         Where the palm is to be.
-    added : (n, ..., 22) [rad]
-        Flexion added to the driver's targets: squeeze, and movements of single fingers.
+    closing : (22,) [rad]
+        How the fingers that grasp close, to squeeze.
+    closed : (n,)
+        How far the squeeze has come, 0 to 1.
+    flexion : (n, 22) [rad]
+        Movements of single fingers in the action.
     arrival
         Row of the last reading of the reach.
+    action
+        Row of the first reading of the action.
+    lifted
+        Whether the task lifts its object.
     lift : (n, ...) [m]
         How far the palm has risen since the action began; minus infinity before.
     load : (n, ..., 3) [m/s^2]
         Force on each kilogram with which the palm carries: against gravity, and to accelerate.
     disturbance : (n, ..., 22) [rad]
-        The glove's noise.
+        The glove's noise and bias.
+    lost : (n, ...)
+        Readings that do not come; the one before is taken.
     """
 
     schedule: Schedule
     times: Array
     palm_pos: Array
     palm_quat: Array
-    added: Array
+    closing: Array
+    closed: Array
+    flexion: Array
     arrival: int
+    action: int
+    lifted: bool
     lift: Array
     load: Array
     disturbance: Array
+    lost: Mask
 
     @classmethod
     def of(cls, plan: GraspPlan, task: Task, schedule: Schedule) -> "Commands":
@@ -67,8 +81,6 @@ class Commands:
         there = Pose(np.zeros(3), expected.as_quat(scalar_first=True))
         path = PalmPath(plan, task, schedule, there)
         palm_pos, palm_quat = path.poses(times)
-        strength = ramp(times, schedule.squeeze_start, schedule.squeeze)
-        squeeze = squeeze_offset(plan.squeeze, task.grasp.fingers)
         action = round(schedule.action_start * RATE)
         lift = palm_pos[:, 2] - palm_pos[action, 2]
         lift[: action + 1] = -np.inf
@@ -77,11 +89,16 @@ class Commands:
             times,
             palm_pos,
             palm_quat,
-            added=strength[:, None] * squeeze + path.flexions(times),
+            closing=squeeze_offset(plan.squeeze, task.grasp.fingers),
+            closed=ramp(times, schedule.squeeze_start, schedule.squeeze),
+            flexion=path.flexions(times),
             arrival=int(np.searchsorted(times, schedule.reach, side="right")) - 1,
+            action=action,
+            lifted=task.rule.lifted,
             lift=lift,
             load=_load(palm_pos),
             disturbance=np.zeros((len(times), N_JOINTS)),
+            lost=np.zeros(len(times), dtype=bool),
         )
 
     def disturbed(self, conditions: Conditions, glove: DataGlove) -> "Commands":
@@ -89,8 +106,16 @@ class Commands:
         generator = np.random.default_rng(conditions.seed)
         shaking = _shaking(self.times, conditions.shake, self.schedule, generator)
         disturbance = glove.disturbance(self.disturbance.shape, generator)
+        sides = generator.choice([-1.0, 1.0], N_JOINTS)
+        drift = self.times[:, None] * conditions.drift * sides
         palm_pos = self.palm_pos + shaking
-        return replace(self, palm_pos=palm_pos, load=_load(palm_pos), disturbance=disturbance)
+        return replace(
+            self,
+            palm_pos=palm_pos,
+            load=_load(palm_pos),
+            disturbance=disturbance + conditions.bias * sides + drift,
+            lost=generator.uniform(size=len(self.times)) < conditions.lost,
+        )
 
     def row(self, time: float) -> int:
         """Return the row of the first reading at or after a time [s]."""
@@ -99,26 +124,9 @@ class Commands:
     @classmethod
     def together(cls, commands: Sequence["Commands"]) -> "Commands":
         """Return the commands of several runs of one schedule, with the runs as second axis."""
-        names = ("palm_pos", "palm_quat", "added", "lift", "load", "disturbance")
+        names = ("palm_pos", "palm_quat", "lift", "load", "disturbance", "lost")
         stacked = {name: np.stack([getattr(each, name) for each in commands], 1) for name in names}
         return replace(commands[0], **stacked)
-
-    def commanded(self, targets: Array, rows: int | slice) -> Array:
-        """Return the actuators' commands at some readings: targets and what is added, clipped.
-
-        Parameters
-        ----------
-        targets : (..., 22) [rad]
-            From the driver, the same for all these readings.
-        rows
-            The readings.
-
-        Returns
-        -------
-        (..., 22), or (n_rows, ..., 22) for a slice [rad]
-            Within the joints' ranges.
-        """
-        return np.minimum(np.maximum(targets + self.added[rows], LOWER), UPPER)
 
     def due_to_rise(self, required: float) -> Mask:
         """Return the readings (n, ...) at which an object that has not risen by `LOST` is lost.
@@ -133,7 +141,8 @@ def _load(palm_pos: Array) -> Array:
     """Return the acceleration of a path (n, 3) [m], with that against gravity, (n, 3) [m/s^2]."""
     acceleration = np.zeros_like(palm_pos)
     acceleration[1:-1] = np.diff(palm_pos, 2, axis=0) * RATE**2
-    return acceleration + [0.0, 0.0, GRAVITY]
+    acceleration[:, 2] += GRAVITY
+    return acceleration
 
 
 def _shaking(

@@ -11,6 +11,9 @@ from handsim.learning.controller import GraspController
 from handsim.learning.movement.timing import Timing
 from handsim.types import Array
 
+CORRECTION = 0.02
+"""Share of the difference to each reading that a reference takes on: a time constant of 0.5 s."""
+
 
 class Driver(Protocol):
     """Turns the glove's readings into joint targets, 100 times a second.
@@ -25,14 +28,36 @@ class Driver(Protocol):
 
     @property
     def reach(self) -> float:
-        """When the reach ends [s]; from then on targets depend on neither time nor readings."""
+        """When the reach ends [s]; targets then go over to the destination."""
         ...
 
-    def targets(self, time: float, readings: Array) -> Array:
-        """Return joint targets [rad] for readings (n, 22) [rad] at ``time`` [s].
+    def start(self, n: int) -> Array:
+        """Return where n runs are meant to be at first, (n, k), in the driver's own coordinates."""
+        ...
 
-        They are (n, 22), or (22,) where they are the same for all.
+    def step(
+        self, time: float, dt: float, reference: Array, readings: Array
+    ) -> tuple[Array, Array]:
+        """Return joint targets, and where runs are meant to be at the next reading.
+
+        Parameters
+        ----------
+        time, dt
+            Now, and until the next reading [s].
+        reference : (n, k)
+            Where the runs are meant to be now.
+        readings : (n, 22) [rad]
+
+        Returns
+        -------
+        (n, 22) or (22,) [rad], (n, k)
+            Targets, (22,) where they are the same for all, and the next reference.
         """
+        ...
+
+    @property
+    def destination(self) -> Array:
+        """Joint targets (22,) [rad] after the reach."""
         ...
 
     def coordinates(self, readings: Array) -> Array:
@@ -70,14 +95,25 @@ class ScriptedDriver:
     peak_aperture_at: float = 0.62
     name: str = "demonstrator"
 
-    def targets(self, time: float, readings: Array) -> Array:
+    def start(self, n: int) -> Array:
+        """Return an empty array (n, 0): a script needs no memory."""
+        return np.empty((n, 0))
+
+    def step(
+        self, time: float, dt: float, reference: Array, readings: Array
+    ) -> tuple[Array, Array]:
         """Return the scripted posture (22,) [rad]; readings do not count."""
         opening = ramp(time, 0.0, self.peak_aperture_at * self.reach)
         closing = ramp(
             time, self.peak_aperture_at * self.reach, (1 - self.peak_aperture_at) * self.reach
         )
         posture = self.q_start + opening * (self.q_open - self.q_start)
-        return posture + closing * (self.q_close - posture)
+        return posture + closing * (self.q_close - posture), reference
+
+    @property
+    def destination(self) -> Array:
+        """The closed posture (22,) [rad]."""
+        return self.q_close
 
     def coordinates(self, readings: Array) -> Array:
         """Return an empty array (n, 0): a script has no subspace."""
@@ -92,16 +128,17 @@ class ScriptedDriver:
 class LearnedDriver:
     """Closes the loop through the learned controller.
 
-    A reading is projected onto the subspace, and the controller gives the velocity there. The
-    targets are the projected posture plus what makes the actuators move at that velocity
-    (``lead``).
+    The controller's velocity is integrated to a reference in the subspace, which is drawn a little
+    to each reading (`CORRECTION`). The targets are the reference's posture plus what makes the
+    actuators move at its velocity (``lead``). A target made from the reading itself would take a
+    glove that is off by 3 deg for a hand that moves at 3 deg / lead, some 150 deg/s.
 
     Attributes
     ----------
     controller
         The learned controller.
-    z_goal : (n_components,) [rad]
-        Destination.
+    z_start, z_goal : (n_components,) [rad]
+        Start and destination.
     timing
         Velocities over time.
     lead : (22,) [s]
@@ -112,23 +149,34 @@ class LearnedDriver:
     """
 
     controller: GraspController
+    z_start: Array
     z_goal: Array
     timing: Timing
     lead: Array
     reach: float
     name: str = "controller"
 
-    def targets(self, time: float, readings: Array) -> Array:
-        """Return projected readings plus the lead for the controller's velocity, (n, 22) [rad]."""
+    def start(self, n: int) -> Array:
+        """Return the start of the planned movement, (n, n_components) [rad]."""
+        return np.tile(self.z_start, (n, 1))
+
+    def step(
+        self, time: float, dt: float, reference: Array, readings: Array
+    ) -> tuple[Array, Array]:
+        """Return the reference's posture with the lead for its velocity, (n, 22) [rad]."""
         subspace = self.controller.subspace
-        if time >= self.reach:
-            return clip_to_range(subspace.inverse_transform(self.z_goal))
-        z = self.coordinates(readings)
+        z = reference + CORRECTION * (self.coordinates(readings) - reference)
         velocity = self.timing.velocities(z, time)
         # Stacks of vectors (n, 1, n_components): each is multiplied with the matrix by itself,
         # since a product of two matrices rounds otherwise.
         lead = (velocity[:, None] @ subspace.components_)[:, 0] * self.lead
-        return clip_to_range(subspace.inverse_transform(z[:, None])[:, 0] + lead)
+        targets = clip_to_range(subspace.inverse_transform(z[:, None])[:, 0] + lead)
+        return targets, z + dt * velocity
+
+    @property
+    def destination(self) -> Array:
+        """The posture of the destination (22,) [rad]."""
+        return clip_to_range(self.controller.subspace.inverse_transform(self.z_goal))
 
     def coordinates(self, readings: Array) -> Array:
         """Return readings in the subspace, (n, n_components) [rad]."""
@@ -164,4 +212,4 @@ def learned_driver(
     """
     z_start, z_goal = controller.subspace.transform(plan.q_start), plan.goal_in(controller.subspace)
     timing = controller.timing(z_start, z_goal, schedule.reach, grasped)
-    return LearnedDriver(controller, z_goal, timing, lead, schedule.reach)
+    return LearnedDriver(controller, z_start, z_goal, timing, lead, schedule.reach)

@@ -1,5 +1,6 @@
 """Runs that are to be made, and which of them are commanded together."""
 
+from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -7,12 +8,17 @@ from itertools import groupby
 import numpy as np
 
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
+from handsim.grasping.rollout._stepping import Simulations
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.forearm import Wrist
-from handsim.grasping.rollout.glove import DataGlove
-from handsim.types import Array, Index
+from handsim.grasping.rollout.glove import RATE, DataGlove
+from handsim.grasping.rollout.grip import GripLayer, shares_of
+from handsim.grasping.rollout.sensing import Sensors
+from handsim.hand.model import HandModel
+from handsim.joints import FINGERS, LOWER, UPPER
+from handsim.types import Array
 
 COMMANDS = ("ctrl", "mocap_pos", "mocap_quat")
 """MuJoCo's arrays that a run commands."""
@@ -54,10 +60,11 @@ def command_key(job: Job) -> Hashable:
     """Return a key that is equal for jobs which are commanded together."""
     palm = job.scene.hand.model.body("palm")
     wrist = (job.scene.conditions.hand.side, *palm.pos.tolist(), *palm.quat.tolist())
-    return id(job.driver), job.glove, job.run_schedule, wrist
+    grasp = (job.scene.task.name, job.plan.squeeze, job.scene.conditions.latency)
+    return id(job.driver), job.glove, job.run_schedule, wrist, grasp
 
 
-@dataclass(frozen=True)
+@dataclass
 class Group:
     """Runs that are commanded together: they share driver, schedule, glove and wrist.
 
@@ -67,12 +74,18 @@ class Group:
         What they share.
     commands
         Those of all the runs (`Commands.together`).
+    grip
+        Holds the forces of their fingers.
     last
-        Row of the first reading after the reach, at which the rest of the run is commanded.
-    qpos_index, ctrl_index
+        Row of the first reading after the reach, from which on the driver is not asked.
+    delay
+        Age of what is measured, in readings.
+    hand
         Where the hand's joints and actuators are in MuJoCo's arrays.
-    qpos : (n_runs, nq)
-        Positions of the simulations, a live view.
+    sensors
+        What the sensors' values mean.
+    qpos, sensordata : (n_runs, nq), (n_runs, n_values)
+        Of the simulations, live views.
     ctrl, mocap_pos, mocap_quat : (n_readings, n_runs, ...)
         What the runs are commanded, written reading by reading.
     """
@@ -81,30 +94,68 @@ class Group:
     glove: DataGlove
     wrist: Wrist
     commands: Commands
+    grip: GripLayer
     last: int
-    qpos_index: Index
-    ctrl_index: Index
+    delay: int
+    hand: HandModel
+    sensors: Sensors
     qpos: Array
+    sensordata: Array
     ctrl: Array
     mocap_pos: Array
     mocap_quat: Array
 
-    def command(self, tick: int) -> None:
-        """Read the gloves and write the commands of a reading, and at ``last`` of all that follow.
+    def __post_init__(self) -> None:
+        """Begin where the driver begins."""
+        self._reference = self.driver.start(len(self.qpos))
+        self._measured: deque[tuple[Array, Array]] = deque(maxlen=self.delay + 1)
+        self._told: Array = np.empty(0)
 
-        Does nothing once all is commanded.
-        """
-        n = len(self.commands.times)
-        if tick > self.last or tick >= n:
-            return
-        rows = tick if tick < self.last else slice(tick, n)
+    def command(self, tick: int) -> None:
+        """Read gloves and fingertips and write the commands of a reading."""
         commands = self.commands
-        readings = self.glove.reading(self.qpos[:, self.qpos_index], commands.disturbance[tick])
-        targets = self.driver.targets(float(commands.times[tick]), readings)
-        ctrl = commands.commanded(targets, rows)
-        self.ctrl[rows][..., self.ctrl_index] = ctrl
+        if tick >= len(commands.times):
+            return
+        self._measured.append(self._measure(tick))
+        readings, forces = self._measured[0]
+        told = self._tell(tick, readings)
+        acting = tick >= commands.action
+        apart = self.sensors.apart(self.sensordata)
+        if tick == commands.action:
+            self._apart = apart
+        slip = np.abs(apart - self._apart) if acting and commands.lifted else None
+        closed = float(commands.closed[tick])
+        q = self.grip.command(told, readings, forces, slip, closed, 1.0 / RATE, acting=acting)
+        q = np.minimum(np.maximum(q + commands.flexion[tick], LOWER), UPPER)
+        self.ctrl[tick][:, self.hand.ctrl_index] = q
+
+    def _measure(self, tick: int) -> tuple[Array, Array]:
+        """Return readings of the gloves (n_runs, 22) [rad] and forces of the fingers [N]."""
+        commands, q = self.commands, self.qpos[:, self.hand.qpos_index]
+        readings = self.glove.reading(q, commands.disturbance[tick])
+        lost = commands.lost[tick]
+        if self._measured and lost.any():
+            readings = np.where(lost[:, None], self._measured[-1][0], readings)
+        return readings, self.sensors.finger_forces(self.sensordata)
+
+    def _tell(self, tick: int, readings: Array) -> Array:
+        """Return where the hand is to go (n_runs, 22) [rad], and put the forearm there."""
+        commands, driver = self.commands, self.driver
+        if tick < self.last:
+            time = float(commands.times[tick])
+            told, self._reference = driver.step(time, 1.0 / RATE, self._reference, readings)
+            self._told = np.broadcast_to(told, readings.shape)
+            self._carry(tick, self._told)
+            return self._told
+        way = driver.destination - self._told
+        if tick == self.last:
+            self._carry(slice(tick, None), self._told + commands.closed[tick:, None, None] * way)
+        return self._told + commands.closed[tick] * way
+
+    def _carry(self, rows: int | slice, told: Array) -> None:
+        """Put the forearm where palm and wrist need it."""
         self.mocap_pos[rows], self.mocap_quat[rows] = self.wrist.forearm(
-            commands.palm_pos[rows], commands.palm_quat[rows], ctrl
+            self.commands.palm_pos[rows], self.commands.palm_quat[rows], told
         )
 
 
@@ -122,7 +173,10 @@ def commands_of(jobs: Sequence[Job]) -> list[Commands]:
 
 
 def groups_of(
-    jobs: Sequence[Job], commands: Sequence[Commands], qpos: Array, samples: Mapping[str, Array]
+    jobs: Sequence[Job],
+    commands: Sequence[Commands],
+    simulations: Simulations,
+    samples: Mapping[str, Array],
 ) -> list[Group]:
     """Gather the runs that are commanded together.
 
@@ -130,8 +184,8 @@ def groups_of(
     ----------
     jobs, commands
         Of each run.
-    qpos : (n_runs, nq)
-        Positions of their simulations.
+    simulations
+        In which they are made.
     samples
         Where commands go: `COMMANDS` by name, (n_readings, n_runs, ...).
     """
@@ -146,11 +200,26 @@ def groups_of(
             job.glove,
             Wrist(hand.model),
             together,
+            _grip_of([jobs[i] for i in runs], together.closing),
             int(np.searchsorted(together.times, job.driver.reach, side="right")),
-            hand.qpos_index,
-            hand.ctrl_index,
-            qpos[where],
+            round(job.scene.conditions.latency * RATE),
+            hand,
+            simulations.sensors,
+            simulations.qpos[where],
+            simulations.sensordata[where],
             *(samples[name][:, where] for name in COMMANDS),
         )
         groups.append(group)
     return groups
+
+
+def _grip_of(jobs: Sequence[Job], closing: Array) -> GripLayer:
+    """Return the grip layer of runs of one task."""
+    task = jobs[0].scene.task
+    flexed = {finger for step in task.steps for finger in step.flex}
+    return GripLayer(
+        closing,
+        shares_of(task.grasp.fingers),
+        np.array([finger in flexed for finger in FINGERS]),
+        np.array([job.plan.grip for job in jobs]),
+    )

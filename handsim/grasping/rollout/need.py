@@ -8,6 +8,9 @@ import mujoco
 import numpy as np
 from scipy.optimize import linprog
 
+from handsim.hand.mjcf import FRICTION
+from handsim.objects.object import GraspObject
+from handsim.physics import GRAVITY
 from handsim.types import Array
 
 LEAST = 1.0
@@ -15,6 +18,11 @@ LEAST = 1.0
 _ROUND = 8  # directions of a friction cone
 _TWISTS = np.deg2rad([-90.0, -45.0, 0.0, 45.0, 90.0])  # from friction to torsion
 _MISSING = 1e3  # cost of load that contacts cannot carry, relative to that of their force
+
+
+def two_sided_need(grasp_object: GraspObject, friction: float = FRICTION[0]) -> float:
+    """Return the need of a grip of two sides about the centre of mass: m g / (2 friction) [N]."""
+    return max(LEAST, grasp_object.mass * GRAVITY / (2.0 * friction))
 
 
 class Contacts(NamedTuple):

@@ -1,9 +1,8 @@
 """Run one grasp or several in contact physics, from the glove's readings to records.
 
-A hundred times a second the glove is read, the driver turns the reading into joint targets, the
-squeeze is added, and the forearm is put where the palm's path and the commanded wrist angles need
-it. When the reach is over the targets no longer change, so that the rest of the run is commanded
-at once.
+A hundred times a second glove and fingertips are read, the driver turns the reading into joint
+targets, the grip layer makes them hold with a force, and the forearm is put where the palm's path
+and the commanded wrist angles need it.
 
 One run and several take the same way; only how MuJoCo steps differs (`_stepping`). Several give
 the same bits as each by itself: arrays over runs are only added, multiplied and compared element
@@ -192,7 +191,7 @@ class _Runs:
         }
         self.samples |= {name: np.zeros((self.end, n)) for name in ("penetration", "table_force")}
         self.samples["press"] = np.zeros((self.end, n, len(CONTACT_PARTS), 3))
-        self.groups = groups_of(jobs, self.commands, simulations.qpos, self.samples)
+        self.groups = groups_of(jobs, self.commands, simulations, self.samples)
         self.recent = _Recent(simulations)
         # Readings at which an object that has not risen is lost.
         self._due = np.zeros((self.end, n), dtype=bool)

@@ -149,6 +149,7 @@ class Sensors:
         }
         table = names.index("table_force")
         self._parts = [_part(body) for body in names[n:table]]
+        self._fingers = [self._parts.index(CONTACT_PARTS.index(finger)) for finger in FINGERS]
         self._slots = slice(self.n_poses, int(starts[table] - starts[0]))
         self._table_force, self._table_overlap = self._slots.stop + 2, self._slots.stop + 3
         numbers = [name.split("_")[1] for name in names[table + 2 :]]
@@ -195,6 +196,17 @@ class Sensors:
         crowded = self.n_contacts(rows).max(axis=1) > SLOTS
         touch = Touch(force.reshape(*shape, -1), press.reshape(*shape, -1, 3), depth.reshape(shape))
         return touch, crowded.reshape(shape)
+
+    def finger_forces(self, values: Array) -> Array:
+        """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
+        pushes = values[:, self._slots].reshape(len(values), -1, SLOTS, _WIDTH)
+        return pushes[..., _PUSH][:, self._fingers].sum(axis=2)
+
+    def apart(self, values: Array) -> Array:
+        """Return the distances of the object's centre of mass from the palm (n,) [m]."""
+        away = values[:, self._poses["object_pos"]] - values[:, self._poses["palm_pos"]]
+        away *= away
+        return np.sqrt(away[:, 0] + away[:, 1] + away[:, 2])
 
     def table(self, values: Array) -> tuple[Array, Array]:
         """Return what the hand presses on the table (...,) [N], and its overlap with it [m]."""

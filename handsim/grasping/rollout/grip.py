@@ -1,0 +1,157 @@
+"""The grip layer: fingers that have touched hold with a force, not with a posture.
+
+Until a finger touches it goes where it is told. From then on it stays where it touched and presses
+along the way that it was going, as far as brings its force to its share of the grip. Shares of the
+fingers add up to what the thumb presses. A slip makes all press more, as it does people within a
+tenth of a second (Johansson and Westling 1984, Exp. Brain Res. 56:550-564).
+
+What is measured are normal forces on the skin of each finger, as tactile sensors give them, and how
+far the object has moved in the palm.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from handsim.hand.strength import FINGERTIP_FORCE, SATURATION
+from handsim.joints import FINGERS, JOINTS, Finger
+from handsim.types import Array, Mask
+
+TOUCH = 0.3
+"""Force above which a finger has touched [N]."""
+LIGHT = 1.0
+"""What fingers press with until the hand has closed [N]: enough to feel, too little to push."""
+IDLE = 0.5
+"""What fingers that the grasp does not use press with, where they touch [N]."""
+SMOOTHING = 0.4
+"""Share of the newest force in its running mean: a time constant of 20 ms at 100 Hz."""
+SETTLING = 0.05
+"""Time constant with which a force approaches its share [s]."""
+BEYOND = float(np.deg2rad(30.0))
+"""How far a finger goes beyond where it touched, to press [rad]."""
+SEEKING, SOUGHT = 4.0, 2.0
+"""How fast a finger that has met nothing closes on, and how far, in units of the squeeze [1/s]."""
+SHORT = float(np.deg2rad(2.0))
+"""Shorter ways than this say nothing about a direction [rad]."""
+SLIP, SLIP_DOUBLES, MOST = 0.0015, 0.003, 3.0
+"""Slip beyond which the grip tightens [m], what more of it doubles the grip [m], and its limit."""
+
+GRIP = (TOUCH, LIGHT, IDLE, SMOOTHING, SETTLING, BEYOND, SEEKING, SOUGHT, SHORT, SLIP, MOST)
+"""What plans are made for, beside the task."""
+
+_PER_RADIAN = FINGERTIP_FORCE / SATURATION  # of a finger all of whose joints are off [N/rad]
+_OF_FINGER = np.array(
+    [-1 if joint.finger is None else FINGERS.index(joint.finger) for joint in JOINTS]
+)
+_FIXED = _OF_FINGER < 0
+_COLUMNS = np.where(_FIXED, 0, _OF_FINGER)
+_BELONGS = np.stack([i == _OF_FINGER for i in range(len(FINGERS))])
+
+
+def shares_of(fingers: Sequence[Finger]) -> Array:
+    """Return shares of a grip, (5,): 1 for the thumb, together 1 for what opposes it."""
+    opposing = np.array([finger in fingers and finger != "thumb" for finger in FINGERS])
+    shares = opposing / max(int(opposing.sum()), 1)
+    shares[FINGERS.index("thumb")] = 1.0
+    return shares
+
+
+@dataclass
+class GripLayer:
+    """Commands of n runs with forces held, reading by reading.
+
+    Attributes
+    ----------
+    closing : (22,) [rad]
+        How the fingers that grasp close (`squeeze_offset`).
+    shares : (5,)
+        Of the grip, by finger; 0 for those that the grasp does not use.
+    flexed : (5,)
+        Fingers that the task's action flexes: from its start on they press as far as it says.
+    grip : (n,) [N]
+        What thumb and fingers press on their sides.
+    """
+
+    closing: Array
+    shares: Array
+    flexed: Mask
+    grip: Array
+    sought: float = field(init=False, default=0.0)
+    force: Array = field(init=False)
+    touched: Mask = field(init=False)
+    at: Array = field(init=False)
+    press: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin with no finger touching."""
+        n = len(self.grip)
+        self.force, self.press = np.zeros((n, len(FINGERS))), np.zeros((n, len(FINGERS)))
+        self.touched, self.at = np.zeros((n, len(FINGERS)), dtype=bool), np.zeros((n, len(JOINTS)))
+
+    def command(
+        self,
+        told: Array,
+        q: Array,
+        forces: Array,
+        slip: Array | None,
+        closed: float,
+        dt: float,
+        *,
+        acting: bool,
+    ) -> Array:
+        """Return the targets of all joints, (n, 22) [rad].
+
+        Parameters
+        ----------
+        told : (n, 22) [rad]
+            Where the driver wants the hand.
+        q : (n, 22) [rad]
+            Measured posture.
+        forces : (n, 5) [N]
+            Measured normal forces of the fingers.
+        slip : (n,) [m]
+            How far the object has moved in the palm since the action began; None before, and where
+            it is not carried.
+        closed
+            How far the squeeze has come, 0 to 1: the grip grows with it.
+        dt : [s]
+            Since the last command.
+        acting
+            Whether the task's action has begun.
+        """
+        self.force += SMOOTHING * (forces - self.force)
+        new = ~self.touched & (forces > TOUCH)
+        if new.any():
+            self.at = np.where(new[:, _COLUMNS] & ~_FIXED, q, self.at)
+            self.touched |= new
+        if closed >= 1.0:  # fingers that have met nothing yet go on
+            self.sought = min(self.sought + SEEKING * dt, SOUGHT)
+        free = told + (closed + self.sought) * self.closing
+        if not self.touched.any():
+            return free
+        self._settle(slip, closed, dt, acting)
+        way = told + self.closing - self.at
+        longest = (np.abs(way)[:, None, :] * _BELONGS).max(axis=2)
+        scale = (self.press / np.maximum(longest, SHORT))[:, _COLUMNS]
+        holds = self.touched[:, _COLUMNS] & ~_FIXED
+        return np.where(holds, self.at + scale * way, free)
+
+    def _settle(self, slip: Array | None, closed: float, dt: float, acting: bool) -> None:
+        """Press more where there is too little force, less where there is too much."""
+        level, change = (
+            LIGHT + min(1.5 * closed, 1.0) * (self.grip - LIGHT),
+            dt / (SETTLING * _PER_RADIAN),
+        )
+        tighter = np.ones(len(level))
+        if slip is not None:
+            tighter = np.minimum(np.maximum(1.0 + (slip - SLIP) / SLIP_DOUBLES, 1.0), MOST)
+            level = level * tighter
+        wanted = np.where(self.shares > 0.0, level[:, None] * self.shares, IDLE)
+        step = change * (wanted - self.force)
+        if acting:
+            # The thumb supports what the fingers press: two that both correct would push the
+            # object to and fro. What the action flexes presses as far as it says.
+            step[:, 0] *= tighter > 1.0
+            step[:, self.flexed] = 0.0
+        self.press = np.minimum(np.maximum(self.press + step * self.touched, -BEYOND), BEYOND)
