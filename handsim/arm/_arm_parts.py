@@ -1,0 +1,170 @@
+"""Parts of the arm model: bodies, what is seen of the person, actuators and sensors.
+
+``mirror`` is 1 for a right arm and -1 for a left one, as in the hand's parts.
+"""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from handsim.arm.arm_geometry import SHOULDER_OF_STATURE, ArmGeometry, SegmentInertia
+from handsim.arm.arm_joints import ARM_JOINTS
+from handsim.arm.arm_strength import (
+    ARMATURE,
+    PASSIVE_DAMPING,
+    arm_damping,
+    arm_gains,
+    arm_torque_limits,
+)
+from handsim.types import Array
+
+# Axes of the hinges of a right arm in the frame of their body; x ahead, y left, z up.
+_AXES = ((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0))
+FLAT = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
+"""Axes of the hand in the frame of the hanging forearm of a right arm, as columns."""
+
+# What is seen, / stature: nothing of it weighs or touches.
+_SLEEVE = (0.036, 0.034)  # at the shoulder, at its end
+_UPPER_ARM = (0.031, 0.027)  # at the middle, at the elbow
+_ELBOW = 0.0255
+_FOREARM = (0.027, 0.018)  # the belly below the elbow, before the wrist
+_TRUNK = (  # height of the centre above the shoulders, semi-axes
+    ("chest", -0.105, (0.064, 0.096, 0.115)),
+    ("collarbones", -0.030, (0.048, 0.116, 0.052)),
+    ("neckline", 0.010, (0.034, 0.060, 0.030)),
+    ("waist", -0.22, (0.060, 0.086, 0.12)),
+)
+_NECK = (0.026, 0.028, 0.040)
+
+_Vector = Array | list[float]
+
+
+def add_hinge(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, index: int, mirror: float, prefix: str
+) -> None:
+    """Add one of the arm's hinges to a body."""
+    joint, kind = ARM_JOINTS[index], ARM_JOINTS[index].name.split("_")[0]
+    axis = np.array(_AXES[index]) * [1.0, mirror, 1.0] * mirror  # a mirror turns rotations round
+    if index == len(ARM_JOINTS) - 1:
+        axis = np.array(_AXES[index]) * mirror  # in the hand's frame, x along the forearm
+    body.add_joint(
+        name=f"{prefix}{joint.name}",
+        type=mujoco.mjtJoint.mjJNT_HINGE,
+        axis=axis,
+        limited=mujoco.mjtLimited.mjLIMITED_TRUE,
+        range=np.deg2rad([joint.lower_deg, joint.upper_deg]),
+        armature=ARMATURE[kind],
+        damping=[PASSIVE_DAMPING[kind], 0, 0],
+    )
+
+
+def set_inertia(body: mujoco.MjsBody, segment: SegmentInertia) -> None:
+    """Give a body that hangs along -z its mass."""
+    body.explicitinertial = True
+    body.mass = segment.mass
+    body.ipos = [0.0, 0.0, -segment.centre]
+    body.inertia = [segment.across, segment.across, segment.along]
+
+
+def stub_inertia(stub: mujoco.MjsGeom, forearm: float) -> SegmentInertia:
+    """Return the inertia of the hand's own stub of a forearm, seen from the elbow."""
+    a, b, c = stub.size
+    mass = float(stub.density * 4 / 3 * np.pi * a * b * c)
+    across = float(mass / 5 * (a**2 + (b**2 + c**2) / 2))
+    return SegmentInertia(mass, forearm + stub.pos[0], across, float(mass / 5 * (b**2 + c**2)))
+
+
+def add_looks(
+    upper_arm: mujoco.MjsBody,
+    lower_arm: mujoco.MjsBody,
+    forearm: mujoco.MjsBody,
+    geometry: ArmGeometry,
+    prefix: str,
+) -> None:
+    """Add flesh that is seen only: shoulder, upper arm, elbow, forearm."""
+    tall, reach, lower = geometry.stature, geometry.upper_arm, geometry.forearm
+    middle, elbow = (tall * each for each in _UPPER_ARM)
+    belly, wrist = (tall * each for each in _FOREARM)
+    upper, under = _Flesh(upper_arm, prefix), _Flesh(lower_arm, prefix)
+    sleeve = _Flesh(upper_arm, prefix, f"{prefix}shirt")
+    shoulder, hem = (tall * each for each in _SLEEVE)
+    sleeve.ellipsoid("deltoid", [0, 0, -0.012 * tall], [shoulder, shoulder, 1.2 * shoulder])
+    sleeve.ellipsoid("sleeve", [0, 0, -0.28 * reach], [hem, hem, 0.30 * reach])
+    upper.ellipsoid("upper_arm_muscle", [0, 0, -0.45 * reach], [middle, middle, 0.52 * reach])
+    upper.capsule("upper_arm", [0, 0, -0.15 * reach], [0, 0, -reach], elbow)
+    upper.ellipsoid("elbow", [0, 0, -reach], [tall * _ELBOW] * 3)
+    under.ellipsoid("forearm_muscle", [0, 0, -0.33 * lower], [belly, belly, 0.42 * lower])
+    under.capsule("ulna", [0, 0, -0.05 * lower], [0, 0, -0.75 * lower], wrist)
+    # The part that turns: broad to the thumb's side and thin across, as a forearm is at the wrist.
+    _Flesh(forearm, prefix).ellipsoid(
+        "radius", [-0.40 * lower, 0, 0], [0.42 * lower, 1.15 * wrist, wrist]
+    )
+
+
+def add_trunk(
+    scene: mujoco.MjSpec, shoulder: Array, geometry: ArmGeometry, mirror: float, prefix: str
+) -> None:
+    """Add a chest and a neck without a head behind the table, seen only."""
+    tall = geometry.stature
+    middle = shoulder + np.array([0.0, mirror * SHOULDER_OF_STATURE * tall, 0.0])
+    body = scene.worldbody.add_body(name=f"{prefix}trunk", pos=middle)
+    shirt = _Flesh(body, prefix, f"{prefix}shirt")
+    for name, height, size in _TRUNK:
+        shirt.ellipsoid(name, [0, 0, height * tall], tall * np.array(size))
+    _Flesh(body, prefix).ellipsoid("neck", [0.004 * tall, 0, 0.03 * tall], tall * np.array(_NECK))
+
+
+@dataclass(frozen=True)
+class _Flesh:
+    """Adds to a body what is seen and neither weighs nor touches."""
+
+    body: mujoco.MjsBody
+    prefix: str
+    material: str | None = None
+
+    def ellipsoid(self, name: str, pos: _Vector, size: _Vector) -> None:
+        """Add an ellipsoid."""
+        kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID
+        self._add(name, type=kind, pos=pos, size=size)
+
+    def capsule(self, name: str, start: list[float], end: list[float], radius: float) -> None:
+        """Add a capsule from a start to an end."""
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+        self._add(f"{name}_bone", type=kind, fromto=[*start, *end], size=[radius, 0, 0])
+
+    def _add(self, name: str, **shape: Any) -> None:
+        self.body.add_geom(
+            name=f"{self.prefix}{name}_looks",
+            material=self.material or f"{self.prefix}skin",
+            contype=0,
+            conaffinity=0,
+            density=0.0,
+            **shape,
+        )
+
+
+def add_arm_actuators(
+    scene: mujoco.MjSpec, geometry: ArmGeometry, stiffness: float, prefix: str
+) -> None:
+    """Add one position actuator a joint, shoulder first, and what is measured of them."""
+    gains, limits = arm_gains(geometry, stiffness), arm_torque_limits(geometry)
+    damping = arm_damping(geometry, stiffness)
+    for i, joint in enumerate(ARM_JOINTS):
+        name = f"{prefix}{joint.name}"
+        actuator = scene.add_actuator(
+            name=name,
+            target=name,
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            forcerange=[-limits[i], limits[i]],
+        )
+        actuator.set_to_position(kp=gains[i], kv=damping[i])
+        for suffix, kind, of in (
+            ("position", mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT),
+            ("velocity", mujoco.mjtSensor.mjSENS_JOINTVEL, mujoco.mjtObj.mjOBJ_JOINT),
+            ("force", mujoco.mjtSensor.mjSENS_ACTUATORFRC, mujoco.mjtObj.mjOBJ_ACTUATOR),
+        ):
+            scene.add_sensor(name=f"{name}_{suffix}", type=kind, objtype=of, objname=name)
