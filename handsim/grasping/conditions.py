@@ -1,7 +1,7 @@
 """What a run is made with, apart from controller and plan."""
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from handsim.errors import InputError
 from handsim.hand.anthropometry import HandGeometry
 from handsim.hand.mjcf import FRICTION
 from handsim.tasks.scene import HAND_FRICTION_RANGE
-from handsim.types import MEDIAN_HAND, HandSize
+from handsim.types import MEDIAN_HAND, Base, HandSize
 
 LIMITS: dict[str, tuple[float, float]] = {
     "seed": (0, 2**63 - 1),
@@ -38,6 +38,8 @@ class Conditions:
         True when nothing was perturbed.
     hand
         Its size and side.
+    base
+        What carries it.
     friction
         Sliding friction of the hand.
     mass_scale
@@ -63,6 +65,7 @@ class Conditions:
     seed: int = 0
     nominal: bool = True
     hand: HandSize = MEDIAN_HAND
+    base: Base = "arm"
     friction: float = FRICTION[0]
     mass_scale: float = 1.0
     object_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -75,6 +78,8 @@ class Conditions:
     def __post_init__(self) -> None:
         """Check all values."""
         HandGeometry(self.hand)
+        if self.base not in get_args(Base):
+            raise InputError(f"base '{self.base}' is unknown; give 'arm' or 'free'")
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:

@@ -102,6 +102,7 @@ def _conditions_of_json(stored: Any) -> Conditions:
     values = dict(_checked(Conditions, stored))
     names = {"length": "hand_length", "breadth": "hand_breadth", "side": "side"}
     of_hand = {name: values.pop(key) for name, key in names.items() if key in values}
+    values.setdefault("base", "free")  # before there were arms
     x, y, yaw = (float(part) for part in values.pop("object_offset"))
     return Conditions(
         hand=HandSize(**_checked(HandSize, of_hand)), object_offset=(x, y, yaw), **values

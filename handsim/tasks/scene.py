@@ -12,6 +12,8 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from handsim.arm.arm_geometry import ArmGeometry, Seat
+from handsim.arm.mjcf import attach_arm
 from handsim.errors import InputError
 from handsim.hand.mjcf import FRICTION, attach_hand
 from handsim.objects.grasp import Grasp
@@ -19,13 +21,14 @@ from handsim.objects.mjcf import TABLE_FRICTION, add_object, object_by_name
 from handsim.objects.object import GraspObject
 from handsim.physics import CONTACT_SOLREF, set_physics
 from handsim.tasks.task import Task
-from handsim.types import MEDIAN_HAND, Array, HandSize
+from handsim.types import MEDIAN_HAND, Array, Base, HandSize
 
 HAND_FRICTION_RANGE = (0.05, 3.0)
 """Sliding friction of the hand that can be asked for; skin lies between 0.3 and 1.5."""
 
-TABLE_TOP = (1.1, 0.9, 0.03)
-"""Sides of the table's top [m]; what stands beside it is caught all the same."""
+TABLE_TOP = (0.55, 0.9, 0.03)
+"""Far edge, width and thickness of the table's top [m]; it begins before the person's chest. What
+stands beside it is caught all the same."""
 
 # Camera positions and what they look at [m]: about 0.5 m of scene from top to bottom, with room
 # for what is lifted.
@@ -42,6 +45,7 @@ def build_scene(
     task: Task | GraspObject | str,
     hand: HandSize | None = MEDIAN_HAND,
     *,
+    base: Base = "arm",
     friction: float | None = None,
     mass_scale: float = 1.0,
     offset: Sequence[float] = (0.0, 0.0),
@@ -49,7 +53,7 @@ def build_scene(
 ) -> mujoco.MjSpec:
     """Build table, light, cameras, object and hand.
 
-    The object's free joint is ``object_joint``, the hand's base follows the mocap body
+    The object's free joint is ``object_joint``. A free hand's base follows the mocap body
     ``forearm_target`` and starts where `start_pose` puts it. Site ``grasp`` on the object has x
     along the grasp's opposition and z against its approach.
 
@@ -59,6 +63,8 @@ def build_scene(
         A task (mirrored here for a left hand), an object without one, or an object's name.
     hand
         Size and side of the hand; None leaves it out.
+    base
+        What carries the hand.
     friction
         Sliding friction of the hand; torsional friction changes with it. None keeps the model's.
     mass_scale
@@ -82,7 +88,7 @@ def build_scene(
     spec = mujoco.MjSpec()
     spec.modelname = f"handsim {target.name}"
     set_physics(spec)
-    _add_surroundings(spec)
+    _add_surroundings(spec, hand or MEDIAN_HAND)
     place = np.array([*offset, 0.0])
     if isinstance(task, Task):
         if hand is not None:
@@ -96,7 +102,10 @@ def build_scene(
         add_object(spec, target, pos=place, yaw=turn, mass_scale=mass_scale)
         pos, quat = np.array([-0.30, -0.15, 0.15]), np.array([1.0, 0.0, 0.0, 0.0])
     if hand is not None:
-        attach_hand(spec, hand, pos, quat)
+        if base == "arm":
+            attach_arm(spec, hand)
+        else:
+            attach_hand(spec, hand, pos, quat)
         _add_palm_camera(spec, quat)
         if friction is not None:
             _set_hand_friction(spec, friction)
@@ -148,7 +157,7 @@ def _target_of(task: Task | GraspObject | str) -> GraspObject:
     return task.object if isinstance(task, Task) else object_by_name(task)
 
 
-def _add_surroundings(spec: mujoco.MjSpec) -> None:
+def _add_surroundings(spec: mujoco.MjSpec, hand: HandSize) -> None:
     """Add table, lights, background and the cameras that stand still."""
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1080
     spec.visual.headlight.ambient = [0.38, 0.38, 0.38]
@@ -167,12 +176,15 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
     )
     spec.add_material(name="table_top", rgba=[0.80, 0.76, 0.70, 1.0], specular=0.0, shininess=0.2)
     world = spec.worldbody
-    x, y, z = TABLE_TOP
+    far, y, z = TABLE_TOP
+    person = ArmGeometry(hand)
+    near = float(person.shoulder()[0] + Seat().edge * person.stature)
+    x, middle = far - near, 0.5 * (far + near)
     world.add_geom(
         name="table_top",
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[x / 2, y / 2, z / 2],
-        pos=[0.0, 0.0, -z / 2],
+        pos=[middle, 0.0, -z / 2],
         material="table_top",
         contype=0,
         conaffinity=0,
@@ -181,6 +193,7 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
     world.add_geom(
         name="table",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[middle, 0.0, 0.0],
         size=[x / 2, y / 2, 0.1],
         rgba=[0.0, 0.0, 0.0, 0.0],
         condim=4,

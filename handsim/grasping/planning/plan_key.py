@@ -86,7 +86,7 @@ class PlanKey:
 
 def planned_for(conditions: Conditions) -> Conditions:
     """Return the conditions that are planned for: the hand of the given ones, otherwise nominal."""
-    return Conditions(hand=conditions.hand)
+    return Conditions(hand=conditions.hand, base=conditions.base)
 
 
 def key_for(task: Task, conditions: Conditions, scene: Scene | None = None) -> PlanKey:
@@ -168,7 +168,8 @@ def _places(model: mujoco.MjModel, root: str) -> dict[str, Rows]:
     """Return poses and shapes of the parts of a body, without the pose of the body itself."""
     bodies = _of(model, root)
     inner = bodies.copy()
-    inner[model.body(root).id] = False
+    if model.body(root).rootid[0] == model.body(root).id:  # where it stands does not count
+        inner[model.body(root).id] = False
     geoms = bodies[model.geom_bodyid] & ((model.geom_contype | model.geom_conaffinity) != 0)
     return {
         **_rows(model, "body", ("pos", "quat"), inner),
@@ -181,7 +182,6 @@ def _physics(model: mujoco.MjModel) -> dict[str, Any]:
     """Return options, contacts and actuators of a model; each kind of contact counts once."""
     touching = (model.geom_contype | model.geom_conaffinity) != 0
     contact = _rows(model, "geom", _CONTACT, touching).values()
-    weld = model.equality("forearm_weld")
     options = {name: getattr(model.opt, name) for name in _OPTIONS}
     choices = {name: kind(getattr(model.opt, name)).name for name, kind in _CHOICES.items()}
     return {
@@ -190,14 +190,23 @@ def _physics(model: mujoco.MjModel) -> dict[str, Any]:
         "disabled": model.opt.disableflags & ~NO_SENSORS,  # a run switches sensors off and on
         "contacts": _kinds(contact),
         "holds": _kinds((model.eq_solref, model.eq_solimp)),
-        "forearm": (weld.data, weld.solref),
+        "forearm": _weld(model),
         **_rows(model, "actuator", _ACTUATOR, np.ones(model.nu, dtype=bool)),
     }
 
 
+def _weld(model: mujoco.MjModel) -> tuple[Rows, ...]:
+    """Return what carries a free hand; nothing where an arm does."""
+    names = [model.equality(i).name for i in range(model.neq)]
+    if "forearm_weld" not in names:
+        return ()
+    weld = model.equality("forearm_weld")
+    return weld.data, weld.solref
+
+
 def _of(model: mujoco.MjModel, root: str) -> npt.NDArray[np.bool_]:
     """Return which bodies are the one of that name or below it, (nbody,)."""
-    return np.asarray(model.body_rootid == model.body(root).id)
+    return np.asarray(model.body_rootid == model.body_rootid[model.body(root).id])
 
 
 def _rows(

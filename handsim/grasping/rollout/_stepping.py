@@ -39,8 +39,14 @@ class Simulations(ABC):
         self.n_steps = steps_per_reading(model)
         self.warnings = warnings
         self.qpos, self.qvel, self.ctrl = bind("qpos"), bind("qvel"), bind("ctrl")
-        self.mocap_pos = bind("mocap_pos")[:, scene.mocap]
-        self.mocap_quat = bind("mocap_quat")[:, scene.mocap]
+        if scene.mocap is None:  # nothing follows it: only the record tells where the palm is to be
+            self.mocap_pos, self.mocap_quat = (
+                np.empty((len(warnings), 3)),
+                np.empty((len(warnings), 4)),
+            )
+        else:
+            self.mocap_pos = bind("mocap_pos")[:, scene.mocap]
+            self.mocap_quat = bind("mocap_quat")[:, scene.mocap]
         self.sensordata = bind("sensordata")[:, self.sensors.first :]
 
     @abstractmethod

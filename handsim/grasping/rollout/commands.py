@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from handsim.arm.reaching_arm import ArmPosture, ReachingArm
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, PalmPath, Pose, Schedule, ramp
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.squeeze import squeeze_offset
 from handsim.joints import N_JOINTS
@@ -56,6 +58,8 @@ class Commands:
         The glove's noise and bias.
     lost : (n, ...)
         Readings that do not come; the one before is taken.
+    reach
+        Angles of the arm along the palm's path; None where no arm carries the hand.
     """
 
     schedule: Schedule
@@ -72,6 +76,7 @@ class Commands:
     load: Array
     disturbance: Array
     lost: Mask
+    reach: ArmPosture | None = None
 
     @classmethod
     def of(cls, plan: GraspPlan, task: Task, schedule: Schedule) -> "Commands":
@@ -100,6 +105,10 @@ class Commands:
             disturbance=np.zeros((len(times), N_JOINTS)),
             lost=np.zeros(len(times), dtype=bool),
         )
+
+    def reached(self, arm: ReachingArm, q: Array) -> "Commands":
+        """Return the commands for an arm that would like the wrist of a posture (22,) [rad]."""
+        return replace(self, reach=arm.posture(self.palm_pos, self.palm_quat, q[WRIST_COLUMNS]))
 
     def disturbed(self, conditions: Conditions, glove: DataGlove) -> "Commands":
         """Return the commands with shaking and the glove's noise; both come from the seed."""

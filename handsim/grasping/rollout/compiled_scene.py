@@ -9,6 +9,8 @@ from functools import partial
 import mujoco
 import numpy as np
 
+from handsim.arm.arm_joints import ARM_JOINT_NAMES
+from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.rollout.sensing import add_sensors
 from handsim.hand.model import HandModel
@@ -16,7 +18,7 @@ from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import GraspObject
 from handsim.tasks.scene import build_scene
 from handsim.tasks.task import Task
-from handsim.types import Array
+from handsim.types import Array, Index
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,9 @@ class Scene:
         Returns the model as XML, without the sensors of `add_sensors`. This takes as long as
         compiling, so that it is done on demand.
     mocap
-        Row of the forearm's target in MuJoCo's mocap arrays.
+        Row of the forearm's target in MuJoCo's mocap arrays; None where an arm carries the hand.
+    arm, arm_qpos, arm_ctrl
+        The arm, and where its joints and actuators are in MuJoCo's arrays; None and empty without.
     object
         The object to grasp.
     front : (3,) [m]
@@ -50,7 +54,10 @@ class Scene:
     conditions: Conditions
     hand: HandModel
     xml: Callable[[], str]
-    mocap: int
+    mocap: int | None
+    arm: ReachingArm | None
+    arm_qpos: Index
+    arm_ctrl: Index
     object: GraspObject
     front: Array
     lead: Array
@@ -66,12 +73,17 @@ class Scene:
         stiffness = model.actuator_gainprm[index, 0]
         damping = -model.actuator_biasprm[index, 2]
         grasp_object = task.object
+        on_arm = conditions.base == "arm"
+        names = ARM_JOINT_NAMES if on_arm else ()
         return cls(
             task=task.for_side(conditions.hand.side),
             conditions=conditions,
             hand=hand,
             xml=partial(_xml, task, conditions),
-            mocap=int(model.body("forearm_target").mocapid[0]),
+            mocap=None if on_arm else int(model.body("forearm_target").mocapid[0]),
+            arm=ReachingArm(conditions.hand) if on_arm else None,
+            arm_qpos=np.array([model.joint(name).qposadr[0] for name in names], dtype=np.intp),
+            arm_ctrl=np.array([model.actuator(name).id for name in names], dtype=np.intp),
             object=grasp_object,
             front=_front_end(grasp_object),
             lead=damping / stiffness,
@@ -89,6 +101,7 @@ def _scene(task: Task, conditions: Conditions) -> mujoco.MjSpec:
     return build_scene(
         task,
         conditions.hand,
+        base=conditions.base,
         friction=conditions.friction,
         mass_scale=conditions.mass_scale,
         offset=(dx, dy),

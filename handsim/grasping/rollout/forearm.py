@@ -12,7 +12,7 @@ from handsim.types import Array
 
 WRIST = ("wrist_flexion", "wrist_deviation")
 """The wrist's joints, the proximal one first."""
-_COLUMNS = slice(JOINT_INDEX[WRIST[0]], JOINT_INDEX[WRIST[-1]] + 1)
+WRIST_COLUMNS = slice(JOINT_INDEX[WRIST[0]], JOINT_INDEX[WRIST[-1]] + 1)
 """Of the wrist's joints in postures: one after the other, in this order."""
 
 _Parts = Sequence[float | Array]
@@ -46,7 +46,7 @@ class Wrist:
         q : (..., 22) [rad]
             Postures, of which only the wrist angles count.
         """
-        half = 0.5 * q[..., _COLUMNS]
+        half = 0.5 * q[..., WRIST_COLUMNS]
         cosines, sines = _parts(np.cos(half)), _parts(np.sin(half))
         bent: _Parts = self._quat  # palm in the forearm's frame
         for cosine, sine, axis in zip(cosines, sines, self._axes, strict=True):

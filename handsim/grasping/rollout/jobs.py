@@ -7,18 +7,19 @@ from itertools import groupby
 
 import numpy as np
 
+from handsim.arm.arm_strength import leading_targets
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
 from handsim.grasping.rollout._stepping import Simulations
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
-from handsim.grasping.rollout.forearm import Wrist
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.grip import GripLayer, shares_of
 from handsim.grasping.rollout.sensing import Sensors
 from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, LOWER, UPPER
-from handsim.types import Array
+from handsim.types import Array, Index
 
 COMMANDS = ("ctrl", "mocap_pos", "mocap_quat")
 """MuJoCo's arrays that a run commands."""
@@ -60,8 +61,41 @@ def command_key(job: Job) -> Hashable:
     """Return a key that is equal for jobs which are commanded together."""
     palm = job.scene.hand.model.body("palm")
     wrist = (job.scene.conditions.hand.side, *palm.pos.tolist(), *palm.quat.tolist())
-    grasp = (job.scene.task.name, job.plan.squeeze, job.scene.conditions.latency)
+    grasp = (
+        job.scene.conditions.base,
+        job.scene.task.name,
+        job.plan.squeeze,
+        job.scene.conditions.latency,
+    )
     return id(job.driver), job.glove, job.run_schedule, wrist, grasp
+
+
+@dataclass(frozen=True)
+class ArmCommands:
+    """What the arms of some runs are commanded.
+
+    Attributes
+    ----------
+    ctrl
+        Where their actuators are in MuJoCo's arrays.
+    arm, wrist : (n_readings, n_runs, 5), (n_readings, n_runs, 2) [rad]
+        Targets of the arm, which lead as compliant joints need it, and of the wrist.
+    """
+
+    ctrl: Index
+    arm: Array
+    wrist: Array
+
+    @classmethod
+    def of(cls, scene: Scene, commands: Sequence[Commands]) -> "ArmCommands | None":
+        """Return those of some runs; None where no arm carries the hand."""
+        if scene.arm is None:
+            return None
+        found = [each.reach for each in commands if each.reach is not None]
+        geometry = scene.arm.geometry
+        arms = [leading_targets(each.arm, 1.0 / RATE, geometry) for each in found]
+        wrists = [each.wrist for each in found]
+        return cls(scene.arm_ctrl, np.stack(arms, axis=1), np.stack(wrists, axis=1))
 
 
 @dataclass
@@ -87,7 +121,10 @@ class Group:
     qpos, sensordata : (n_runs, nq), (n_runs, n_values)
         Of the simulations, live views.
     ctrl, mocap_pos, mocap_quat : (n_readings, n_runs, ...)
-        What the runs are commanded, written reading by reading.
+        What the runs are commanded, written reading by reading. With an arm the latter two say
+        where the palm is to be.
+    reach
+        Angles of the arms; None without.
     """
 
     driver: Driver
@@ -104,12 +141,17 @@ class Group:
     ctrl: Array
     mocap_pos: Array
     mocap_quat: Array
+    reach: "ArmCommands | None" = None
 
     def __post_init__(self) -> None:
         """Begin where the driver begins."""
         self._reference = self.driver.start(len(self.qpos))
         self._measured: deque[tuple[Array, Array]] = deque(maxlen=self.delay + 1)
         self._told: Array = np.empty(0)
+        if self.reach is not None:
+            self.ctrl[:, :, self.reach.ctrl] = self.reach.arm
+            self.mocap_pos[:] = self.commands.palm_pos
+            self.mocap_quat[:] = self.commands.palm_quat
 
     def command(self, tick: int) -> None:
         """Read gloves and fingertips and write the commands of a reading."""
@@ -127,12 +169,17 @@ class Group:
         closed = float(commands.closed[tick])
         q = self.grip.command(told, readings, forces, slip, closed, 1.0 / RATE, acting=acting)
         q = np.minimum(np.maximum(q + commands.flexion[tick], LOWER), UPPER)
+        if self.reach is not None:
+            q[:, WRIST_COLUMNS] = self.reach.wrist[tick]
         self.ctrl[tick][:, self.hand.ctrl_index] = q
 
     def _measure(self, tick: int) -> tuple[Array, Array]:
         """Return readings of the gloves (n_runs, 22) [rad] and forces of the fingers [N]."""
         commands, q = self.commands, self.qpos[:, self.hand.qpos_index]
         readings = self.glove.reading(q, commands.disturbance[tick])
+        if self.reach is not None and tick:
+            # The arm says what the wrist does, not the driver: it is not to be answered.
+            readings[:, WRIST_COLUMNS] = self._told[:, WRIST_COLUMNS]
         lost = commands.lost[tick]
         if self._measured and lost.any():
             readings = np.where(lost[:, None], self._measured[-1][0], readings)
@@ -145,10 +192,11 @@ class Group:
             time = float(commands.times[tick])
             told, self._reference = driver.step(time, 1.0 / RATE, self._reference, readings)
             self._told = np.broadcast_to(told, readings.shape)
-            self._carry(tick, self._told)
+            if self.reach is None:
+                self._carry(tick, self._told)
             return self._told
         way = driver.destination - self._told
-        if tick == self.last:
+        if tick == self.last and self.reach is None:
             self._carry(slice(tick, None), self._told + commands.closed[tick:, None, None] * way)
         return self._told + commands.closed[tick] * way
 
@@ -168,7 +216,9 @@ def commands_of(jobs: Sequence[Job]) -> list[Commands]:
         key = (id(job.plan), id(task), schedule)
         if key not in undisturbed:
             undisturbed[key] = Commands.of(job.plan, task, schedule)
-        found.append(undisturbed[key].disturbed(job.scene.conditions, job.glove))
+        made = undisturbed[key].disturbed(job.scene.conditions, job.glove)
+        arm = job.scene.arm
+        found.append(made if arm is None else made.reached(arm, job.plan.q_goal))
     return found
 
 
@@ -207,7 +257,8 @@ def groups_of(
             simulations.sensors,
             simulations.qpos[where],
             simulations.sensordata[where],
-            *(samples[name][:, where] for name in COMMANDS),
+            *(samples[name][: len(together.times), where] for name in COMMANDS),
+            reach=ArmCommands.of(job.scene, [commands[i] for i in runs]),
         )
         groups.append(group)
     return groups

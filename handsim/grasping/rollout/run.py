@@ -22,7 +22,7 @@ from handsim.grasping.rollout._stepping import Simulations, simulations_of
 from handsim.grasping.rollout.commands import LOST
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
-from handsim.grasping.rollout.forearm import Wrist
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.jobs import COMMANDS, Job, commands_of, groups_of
 from handsim.grasping.rollout.record import Rollout, record_of
@@ -203,12 +203,16 @@ class _Runs:
         """Put hands and forearms at the start, at rest, as `HandModel.set_posture` does."""
         simulations, hand = self.simulations, self.jobs[0].scene.hand
         simulations.reset()
-        free = int(hand.model.joint("forearm").qposadr[0])
         for i, (job, commands) in enumerate(zip(self.jobs, self.commands, strict=True)):
-            model, q = job.scene.hand.model, job.plan.q_start
-            pos, quat = Wrist(model).forearm(commands.palm_pos[0], commands.palm_quat[0], q)
+            model, q = job.scene.hand.model, job.plan.q_start.copy()
             qpos, ctrl = simulations.qpos[i], simulations.ctrl[i]
-            qpos[free : free + 3], qpos[free + 3 : free + 7] = pos, quat
+            if commands.reach is None:
+                pos, quat = Wrist(model).forearm(commands.palm_pos[0], commands.palm_quat[0], q)
+                free = int(model.joint("forearm").qposadr[0])
+                qpos[free : free + 3], qpos[free + 3 : free + 7] = pos, quat
+            else:
+                q[WRIST_COLUMNS] = commands.reach.wrist[0]
+                qpos[job.scene.arm_qpos] = ctrl[job.scene.arm_ctrl] = commands.reach.arm[0]
             qpos[hand.qpos_index] = q
             ctrl[hand.ctrl_index] = np.clip(q, *model.actuator_ctrlrange[hand.ctrl_index].T)
         simulations.forward()
