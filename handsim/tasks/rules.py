@@ -127,6 +127,7 @@ def _measured(traces: GraspTraces, rule: PassRule) -> dict[str, Any]:
     acting = np.arange(len(traces.time)) >= traces.first_acting
     height = traces.object_pos[:, 2] - traces.object_pos[0, 2]
     high = height <= rule.lift if rule.kind == "slide" else height >= rule.lift
+    high |= rule.kind == "joint"  # worked where it stands
     within = high & (slip < rule.slip) & (tilt < rule.tilt_deg) & traces.touching & acting
     way, turned = pushed(traces)
     forces = held_forces(traces)

@@ -3,12 +3,15 @@
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
 from handsim.errors import UnknownNameError
 from handsim.joints import Finger
 from handsim.objects.grasp import Grasp
 from handsim.objects.object import Vec3
 from handsim.tasks.task import PassRule, Pressed, Step, Task
-from handsim.types import Side
+from handsim.types import Array, Side
 
 __all__ = [
     "PHONE_TODAY_VIEW", "TASKS", "TASK_NAMES", "Grasp", "PassRule", "Side", "Step", "Task",
@@ -30,7 +33,7 @@ _THREE: tuple[Finger, ...] = ("index", "middle", "ring")
 
 _LIFT = Step(0.8, shift=(0.0, 0.0, 0.12))
 _MOVE = Step(0.8, shift=(-0.03, 0.10, 0.0))
-_TO_MOUTH = Step(1.0, axis=(0.0, -1.0, 0.0), angle_deg=45.0)
+_TO_MOUTH = Step(1.2, shift=(-0.10, 0.0, 0.12), axis=(0.0, -1.0, 0.0), angle_deg=45.0)
 _SPIN = Step(1.0, axis=(0.0, 0.0, 1.0), angle_deg=60.0)
 _CARRY = PassRule("carry")
 _TILTED = PassRule("turn", angle_deg=30.0)
@@ -73,18 +76,42 @@ _MOUSE = Grasp(
     "rest", (0.0, 0.0, 0.016), (0.0, -1.0, 0.0), (-0.2588, 0.0, -0.9659), 0.060,
     ("ring", "little"), pointing=(1.0, 0.0, 0.0),
 )  # fmt: skip
-_HANDLE = Grasp("handle", (0.0655, 0.0, 0.045), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), 0.010, _TWO)
+_HANDLE = Grasp("handle", (0.0655, 0.0, 0.045), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0), 0.010, _TWO)
 # The palm comes from opposite the handle.
 _CUP_SIDE = Grasp("side", (0.0, 0.0, 0.042), _ACROSS, (1.0, 0.0, 0.0), 0.080, _ALL)
 _CUP_TOP = Grasp("top", (0.0, 0.0, 0.066), _ACROSS, DOWN, 0.080, _ALL)
 
+_WRITING = Grasp("tripod", (0.030, 0.0, 0.0045), (0.0, 1.0, 0.0), DOWN, 0.0104, _TWO)
 _WRITE = (
     Step(0.6, shift=(0.0, 0.0, 0.06)),
-    Step(0.8, axis=(1.0, 0.0, 0.0), angle_deg=-60.0),
-    Step(0.5, shift=(0.0, 0.0, -0.0295)),
+    Step(0.8, axis=(1.0, 0.0, 0.0), angle_deg=45.0),
+    Step(0.5, shift=(0.0, 0.0, -0.0362)),
     Step(1.0, shift=(0.0, -0.06, 0.0)),
 )
-"""Lift, point the tip down, set it on the paper 40 mm below the grip, draw a line."""
+"""Lift, point the tip down, set it on the paper 28 mm below the grip, draw a line.
+
+The tip points to the right, where supination lowers it: a palm that faces down can hardly pronate
+further."""
+
+
+def _placed(task: Task, turn_deg: float) -> Task:
+    """Return a task with its object, and what is done with it, turned about the vertical.
+
+    The hand comes from the right shoulder, so that people lay what is before them a little turned.
+    The turns are such that shoulder, elbow and wrist stay within what is comfortable.
+    """
+    turn = Rotation.from_euler("z", turn_deg, degrees=True)
+    steps = tuple(
+        replace(step, shift=_vector(turn.apply(step.shift)), axis=_vector(turn.apply(step.axis)))
+        for step in task.steps
+    )
+    return replace(task, steps=steps, yaw_deg=task.yaw_deg + turn_deg)
+
+
+def _vector(values: Array) -> Vec3:
+    x, y, z = np.round(values, 6).tolist()
+    return (x, y, z)
+
 
 TASKS: tuple[Task, ...] = (
     Task(1, "tall-glass-drink", "tall-glass", _side(0.070, 0.064), "drink",
@@ -95,10 +122,14 @@ TASKS: tuple[Task, ...] = (
          (_LIFT, _MOVE), _CARRY),
     Task(4, "tall-glass-side-rotate", "tall-glass", _side(0.070, 0.064), "rotate",
          (_LIFT, _SPIN), _SPUN),
-    Task(5, "mouse-slide", "mouse", _MOUSE, "slide", (Step(1.0, shift=(0.06, 0.06, 0.0)),),
-         PassRule("slide", lift=0.01, hold=_BRIEF, distance=0.06, table_force=_RESTS)),
-    Task(6, "mouse-left-click", "mouse", _MOUSE, "click", *_click("left_button", "index")),
-    Task(7, "mouse-right-click", "mouse", _MOUSE, "click", *_click("right_button", "middle")),
+    _placed(Task(5, "mouse-slide", "mouse", _MOUSE, "slide",
+                 (Step(1.0, shift=(0.06, 0.06, 0.0)),),
+                 PassRule("slide", lift=0.01, hold=_BRIEF, distance=0.06, table_force=_RESTS)),
+            45.0),
+    _placed(Task(6, "mouse-left-click", "mouse", _MOUSE, "click",
+                 *_click("left_button", "index")), 45.0),
+    _placed(Task(7, "mouse-right-click", "mouse", _MOUSE, "click",
+                 *_click("right_button", "middle")), 45.0),
     Task(8, "cup-drink", "cup", _HANDLE, "drink", (_LIFT, _TO_MOUTH), _TILTED, yaw_deg=-90.0),
     Task(9, "cup-side-move", "cup", _CUP_SIDE, "move", (_LIFT, _MOVE), _CARRY,
          yaw_deg=120.0),
@@ -106,43 +137,56 @@ TASKS: tuple[Task, ...] = (
          yaw_deg=120.0),
     Task(11, "cup-side-rotate", "cup", _CUP_SIDE, "rotate", (_LIFT, _SPIN), _SPUN,
          yaw_deg=120.0),
-    Task(12, "hammer-use", "hammer", _across(0.050, 0.0115, 0.0219, fingers=_ALL), "use",
-         (_LIFT, Step(0.8, axis=(1.0, 0.0, 0.0), angle_deg=40.0),
-          Step(0.5, axis=(1.0, 0.0, 0.0), angle_deg=-40.0)),
-         PassRule("turn", angle_deg=25.0), yaw_deg=90.0),
+    _placed(Task(12, "hammer-use", "hammer", _across(0.050, 0.0115, 0.0219, fingers=_ALL), "use",
+                 (_LIFT, Step(0.8, axis=(1.0, 0.0, 0.0), angle_deg=40.0),
+                  Step(0.5, axis=(1.0, 0.0, 0.0), angle_deg=-40.0)),
+                 PassRule("turn", angle_deg=25.0), yaw_deg=90.0),
+            15.0),
     Task(13, "ashtray-move", "ashtray", _top(0.018, 0.100), "move", (_LIFT, _MOVE), _CARRY),
     Task(14, "cube-raise", "cube", Grasp("top", (0.0, 0.0, 0.030), (1.0, 0.0, 0.0), DOWN, 0.055,
          _THREE), "raise", (_LIFT,), _CARRY, yaw_deg=30.0),
-    Task(15, "pen-write", "pen", _across(0.030, 0.0045, 0.0104, "tripod", _TWO), "write", _WRITE,
-         PassRule("trace", lift=0.05, hold=_BRIEF, distance=0.05, table_force=_RESTS),
-         yaw_deg=90.0),
-    Task(16, "pen-move", "pen", _across(0.0, 0.0045, 0.0104), "move", (_LIFT, _MOVE), _CARRY,
-         yaw_deg=90.0),
+    _placed(Task(15, "pen-write", "pen", _WRITING, "write", _WRITE,
+                 PassRule("trace", lift=0.05, hold=_BRIEF, distance=0.05, table_force=_RESTS),
+                 yaw_deg=-90.0),
+            57.0),
+    _placed(Task(16, "pen-move", "pen", _across(0.0, 0.0045, 0.0104), "move",
+                 (_LIFT, _MOVE), _CARRY,
+                 yaw_deg=90.0),
+            55.0),
     Task(17, "jar-move", "jar", _side(0.045, 0.072), "move", (_LIFT, _MOVE), _CARRY),
-    Task(18, "jar-unscrew", "jar", _top(0.096, 0.069), "unscrew", (_SPIN,),
-         PassRule("joint", lift=0.0, hold=_BRIEF, joint="lid", angle_deg=40.0)),
-    Task(19, "screwdriver-operate", "screwdriver", _across(-0.055, 0.016, 0.0283, fingers=_ALL),
-         "operate", (_LIFT, Step(1.0, axis=(0.0, 1.0, 0.0), angle_deg=60.0)),
-         PassRule("turn", angle_deg=45.0), yaw_deg=90.0),
-    Task(20, "book-read", "book",
-         Grasp("edge", (0.048, 0.0, 0.100), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), 0.022, _ALL),
-         "read", (_LIFT, Step(1.0, axis=(0.0, 1.0, 0.0), angle_deg=35.0)),
-         PassRule("turn", angle_deg=20.0), yaw_deg=-90.0),
-    Task(21, "phone-view", "phone", _across(0.0, 0.012, 0.048), "view",
-         (_LIFT, Step(1.0, axis=(0.0, -1.0, 0.0), angle_deg=45.0)),
-         PassRule("turn", angle_deg=30.0), yaw_deg=90.0),
-    Task(22, "scissors-move", "scissors", _across(-0.070, 0.007, 0.0858), "move",
-         (_LIFT, _MOVE), _CARRY, yaw_deg=90.0),
-    Task(23, "scissors-use", "scissors",
-         Grasp("loops", (-0.059, 0.019, 0.005), (-0.258, -0.966, 0.0), DOWN, 0.060, _TWO), "use",
-         (Step(0.8, flex=("thumb", "index", "middle"), angle_deg=20.0),),
-         PassRule("joint", lift=0.0, hold=_BRIEF, joint="blade", angle_deg=10.0,
-                  pressed=(Pressed(("thumb",), "blade"), Pressed(_TWO, "object"))),
-         yaw_deg=90.0, start_deg=(("blade", 30.0),)),
-    Task(24, "stapler-use", "stapler", _across(0.030, 0.049, 0.027, fingers=_ALL), "staple",
-         (Step(0.6, shift=(0.0, 0.0, -0.02)),),
-         PassRule("joint", lift=0.0, hold=_BRIEF, slip=0.01, tilt_deg=10.0, joint="arm",
-                  angle_deg=4.0), yaw_deg=90.0),
+    _placed(Task(18, "jar-unscrew", "jar", _top(0.096, 0.069), "unscrew", (_SPIN,),
+                 PassRule("joint", lift=0.0, hold=_BRIEF, joint="lid", angle_deg=40.0)),
+            -46.0),
+    _placed(Task(19, "screwdriver-operate", "screwdriver",
+                 _across(-0.055, 0.016, 0.0283, fingers=_ALL),
+                 "operate", (_LIFT, Step(1.0, axis=(0.0, 1.0, 0.0), angle_deg=60.0)),
+                 PassRule("turn", angle_deg=45.0), yaw_deg=90.0),
+            10.0),
+    _placed(Task(20, "book-read", "book",
+                 Grasp("edge", (0.048, 0.0, 0.100), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), 0.022, _ALL),
+                 "read", (_LIFT, Step(1.0, axis=(0.0, 1.0, 0.0), angle_deg=25.0)),
+                 PassRule("turn", angle_deg=20.0), yaw_deg=-90.0),
+            -45.0),
+    _placed(Task(21, "phone-view", "phone", _across(0.0, 0.012, 0.048), "view",
+                 (_LIFT, Step(1.0, axis=(0.0, -1.0, 0.0), angle_deg=45.0)),
+                 PassRule("turn", angle_deg=30.0), yaw_deg=90.0),
+            28.0),
+    _placed(Task(22, "scissors-move", "scissors", _across(-0.070, 0.007, 0.0858), "move",
+                 (_LIFT, _MOVE), _CARRY, yaw_deg=90.0),
+            15.0),
+    _placed(Task(23, "scissors-use", "scissors",
+                 Grasp("loops", (-0.059, 0.019, 0.005), (-0.258, -0.966, 0.0), DOWN, 0.060, _TWO),
+                 "use",
+                 (Step(0.8, flex=("thumb", "index", "middle"), angle_deg=20.0),),
+                 PassRule("joint", lift=0.0, hold=_BRIEF, joint="blade", angle_deg=10.0,
+                          pressed=(Pressed(("thumb",), "blade"), Pressed(_TWO, "object"))),
+                 yaw_deg=90.0, start_deg=(("blade", 30.0),)),
+            15.0),
+    _placed(Task(24, "stapler-use", "stapler", _across(0.030, 0.049, 0.027, fingers=_ALL), "staple",
+                 (Step(0.6, shift=(0.0, 0.0, -0.02)),),
+                 PassRule("joint", lift=0.0, hold=_BRIEF, slip=0.01, tilt_deg=10.0, joint="arm",
+                          angle_deg=4.0), yaw_deg=90.0),
+            10.0),
 )  # fmt: skip
 """All 24 tasks in the order of Table I."""
 

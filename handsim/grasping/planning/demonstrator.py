@@ -57,7 +57,7 @@ def scripted_plan(
     palm = palm.moved(preshape.sink * np.array(task.grasp.approach))
     palm = offsets.palm(palm, side)
     q_goal = clip_to_range(q_touch + preshape.beyond * (preshape.shut - preshape.open))
-    grip = GRIP_MARGIN * two_sided_need(task.object)
+    grip = offsets.grip * GRIP_MARGIN * two_sided_need(task.object)
     plan = GraspPlan(palm, _retreat(task, palm), REST, q_goal, preshape.squeeze, grip)
     return plan, preshape.open
 

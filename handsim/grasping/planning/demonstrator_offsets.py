@@ -31,7 +31,7 @@ _JOINTS: dict[str, tuple[str, ...]] = {
 SPREADS: dict[str, float] = {
     "x_mm": 8.0, "y_mm": 6.0, "z_mm": 8.0,
     "turn_x_deg": 7.0, "turn_y_deg": 7.0, "turn_z_deg": 7.0,
-    "beyond": 0.08, "squeeze": 0.3,
+    "beyond": 0.08, "squeeze": 0.3, "grip": 0.25,
     "fingers_mcp": 7.0, "fingers_pip": 7.0, "index_middle_mcp": 5.0,
     "thumb_rotation": 6.0, "thumb_abduction": 6.0, "thumb_mcp": 7.0,
 }  # fmt: skip
@@ -44,22 +44,23 @@ class DemonstratorOffsets:
 
     Attributes
     ----------
-    values : (14,)
+    values : (15,)
         In the order and units of `SPREADS`. Displacement and turn (rotation vector) of the palm
         are in its own frame, for a right hand. Joints are added to the open and the shut posture
-        before alignment. ``beyond`` and ``squeeze`` are added to those of the preshape.
+        before alignment. ``beyond`` and ``squeeze`` are added to those of the preshape; the grip is
+        multiplied by exp(``grip``).
     """
 
     values: tuple[float, ...] = (0.0,) * len(SPREADS)
 
     @classmethod
     def of(cls, point: Array) -> "DemonstratorOffsets":
-        """Make offsets from a point (14,) in units of the spreads."""
+        """Make offsets from a point (15,) in units of the spreads."""
         return cls(tuple((point * np.array(list(SPREADS.values()))).tolist()))
 
     @property
     def point(self) -> Array:
-        """The values in units of the spreads, (14,)."""
+        """The values in units of the spreads, (15,)."""
         return np.array(self.values) / np.array(list(SPREADS.values()))
 
     def preshape(self, preshape: Preshape) -> Preshape:
@@ -74,6 +75,11 @@ class DemonstratorOffsets:
             beyond=max(0.0, preshape.beyond + values["beyond"]),
             squeeze=max(0.0, preshape.squeeze + values["squeeze"]),
         )
+
+    @property
+    def grip(self) -> float:
+        """Factor on the grip."""
+        return float(np.exp(dict(zip(SPREADS, self.values, strict=True))["grip"]))
 
     def palm(self, palm: Pose, side: Side) -> Pose:
         """Return a palm pose displaced and turned in the palm's own frame."""
@@ -103,7 +109,7 @@ def demonstrator_offsets() -> MappingProxyType[str, DemonstratorOffsets]:
     try:
         stored = json.loads(path.read_text(encoding="utf-8"))
         read = {
-            task: DemonstratorOffsets(tuple(float(values[name]) for name in SPREADS))
+            task: DemonstratorOffsets(tuple(float(values.get(name, 0.0)) for name in SPREADS))
             for task, values in stored.items()
         }
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
