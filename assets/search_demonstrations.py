@@ -10,7 +10,7 @@ from time import perf_counter
 
 from handsim.errors import HandsimError
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.planning.demonstrator import demonstrate_on
+from handsim.grasping.planning.demonstrator import demonstrate_on, scripted_plan
 from handsim.grasping.planning.demonstrator_offsets import (
     DemonstratorOffsets,
     demonstrator_offsets,
@@ -21,6 +21,7 @@ from handsim.grasping.planning.search import (
     cost_of,
     mean_cost,
     minimise,
+    out_of_reach,
     shortened,
     tried_conditions,
 )
@@ -67,7 +68,11 @@ def search_offsets(
     hand = HandModel.from_spec(build_hand())
 
     def cost(point: DemonstratorOffsets, scene: Scene) -> float:
-        return cost_of(demonstrate_on(scene, hand, point, brief=True), quick)
+        plan, _ = scripted_plan(scene.task, hand, point)
+        far = out_of_reach(scene, plan)
+        return (
+            cost_of(demonstrate_on(scene, hand, point, brief=True), quick) if far is None else far
+        )
 
     least, point = minimise(
         lambda x: mean_cost([partial(cost, DemonstratorOffsets.of(x), scene) for scene in scenes]),

@@ -75,6 +75,8 @@ class Outcome(Result):
         Most that hand and arm pressed on the table.
     opposed
         Share of action and hold in which thumb and fingers press against each other.
+    strain
+        How far from natural the arm is at worst: up to 1 a person does it; no rule asks for it.
     done
         Share of what the rule asks of the action, beside lift and hold; 1 where it asks nothing.
     detail
@@ -96,6 +98,7 @@ class Outcome(Result):
     margin: float = 0.0
     table_force_n: float = 0.0
     opposed: float = 0.0
+    strain: float = 0.0
     done: float = 0.0
     detail: str = ""
 
@@ -145,6 +148,7 @@ def _measured(traces: GraspTraces, rule: PassRule) -> dict[str, Any]:
         "margin": float(forces.max()) / traces.need,
         "table_force_n": table_force(traces),
         "opposed": opposed_share(traces),
+        "strain": traces.strain,
     }
 
 

@@ -43,6 +43,8 @@ class GraspTraces:
         The object's front end in the world, for rules of kind ``trace``.
     hinge : (n,) [rad]
         Angle of the rule's hinge, for rules of kind ``joint``.
+    strain
+        How far from natural the arm is at worst: up to 1 a person does it (`ArmPosture.strain`).
     arrived
         Whether the driver brought the hand to its destination.
     unstable_at
@@ -65,6 +67,7 @@ class GraspTraces:
     symmetry: Literal["x", "z"] | None
     front_pos: Array | None = None
     hinge: Array | None = None
+    strain: float = 0.0
     arrived: bool = True
     unstable_at: float | None = None
 

@@ -7,6 +7,9 @@ import cma
 import numpy as np
 
 from handsim.grasping.conditions import Conditions, perturb
+from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.rollout.commands import Commands
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
 from handsim.tasks.grip_rules import (
     MAX_MARGIN,
@@ -23,6 +26,10 @@ ENOUGH = -0.4
 """Mean cost at which a search ends: every run holds, well within every limit."""
 BROKEN = 0.3
 """Cost of breaking a rule of every grasp by as much again as its limit."""
+MAX_STRAIN = 2.0
+"""Strain of the arm that counts as a limit is passed; see `ArmPosture.strain`."""
+NO_ARM = 8.0
+"""Strain beyond which no run is made: no arm gets there."""
 SEARCH_SEED = 1000
 """Seed of the first perturbed run of a search, far from the seeds of trials."""
 WORST = 5.0
@@ -64,6 +71,16 @@ def cost_of(rollout: Rollout, task: Task) -> float:
     return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * broken
 
 
+def out_of_reach(scene: Scene, plan: GraspPlan) -> float | None:
+    """Return the cost of a plan that no arm can follow, which needs no run; None for others."""
+    if scene.arm is None:
+        return None
+    commands = Commands.of(plan, scene.task, schedule_for(scene.task))
+    reach = commands.reached(scene.arm, plan.q_goal).reach
+    strain = 0.0 if reach is None else float(reach.strain.max())
+    return None if strain <= NO_ARM else WORST + min(strain, 100.0) / 20.0
+
+
 def used_of_limits(outcome: Outcome, rule: PassRule) -> tuple[float, ...]:
     """Return how much a run uses of the limits that every grasp has, 1 where it is all."""
     return (
@@ -72,6 +89,7 @@ def used_of_limits(outcome: Outcome, rule: PassRule) -> tuple[float, ...]:
         outcome.pushed_deg / MAX_PUSH_TURN_DEG,
         outcome.table_force_n / rule.table_force,
         outcome.margin / MAX_MARGIN if rule.lifted else 0.0,
+        outcome.strain / MAX_STRAIN,
     )
 
 

@@ -226,6 +226,7 @@ def record_of(
         symmetry=scene.object.symmetry,
         front_pos=front_pos,
         hinge=np.zeros(n) if hinge is None else arrays["qpos"][:, hinge],
+        strain=0.0 if commands.reach is None else float(commands.reach.strain.max()),
         arrived=arrived,
         unstable_at=float(arrays["time"][-1]) if unstable else None,
     )
