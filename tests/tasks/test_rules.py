@@ -2,9 +2,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_traces import (
+    ACTION,
+    HEIGHT,
+    HOLD,
+    LIFT_TIME,
+    RATE,
+    acting,
+    asked,
+    at,
+    carried,
+    drawn,
+    hinged,
+    moved,
+    pinching,
+    pressing,
+    turned,
+)
 from scipy.spatial.transform import Rotation
 
 from handsim.grasping.judging.rates import wilson_interval
+from handsim.joints import CONTACT_PARTS
 from handsim.tasks.rules import GraspTraces, Outcome, judge
 from handsim.tasks.table_one import task_by_name
 from handsim.tasks.task import PassRule, Step, Task
@@ -12,34 +30,10 @@ from handsim.tasks.task import PassRule, Step, Task
 MOVE = task_by_name("tall-glass-side-move")
 CUBE = task_by_name("cube-raise")
 DRINK = task_by_name("tall-glass-drink")
-RATE = 100.0
-LIFT_TIME, LIFT_DURATION, HEIGHT = 1.0, 1.0, 0.12
-
-
-def carried(hold: float = 3.2, height: float = HEIGHT) -> GraspTraces:
-    """A palm that rests, lifts an object by ``height``, and holds it, without any slip."""
-    time = np.arange(0.0, LIFT_TIME + LIFT_DURATION + hold, 1 / RATE)
-    up = height * np.clip((time - LIFT_TIME) / LIFT_DURATION, 0, 1)
-    lift = np.outer(up, [0, 0, 1.0])
-    still = np.tile([1.0, 0, 0, 0], (len(time), 1))
-    return GraspTraces(
-        time=time,
-        object_pos=lift + [0.1, 0, 0.07],
-        object_quat=still,
-        palm_pos=lift + [0.0, 0.05, 0.08],
-        palm_quat=still,
-        touching=np.full(len(time), 4),
-        penetration=np.full(len(time), 5e-4),
-        action_start=LIFT_TIME,
-        symmetry="z",
-    )
-
-
-def turned(traces: GraspTraces, axis: tuple[float, float, float], degrees: float) -> np.ndarray:
-    """Quaternions of a turn that grows with the lift and stays."""
-    part = np.clip((traces.time - LIFT_TIME) / LIFT_DURATION, 0, 1)
-    angles = np.deg2rad(degrees) * part
-    return Rotation.from_rotvec(np.outer(angles, axis)).as_quat(scalar_first=True)
+SLIDE = task_by_name("mouse-slide")
+CLICK = task_by_name("mouse-left-click")
+SCISSORS = task_by_name("scissors-use")
+WRITE = task_by_name("pen-write")
 
 
 def test_a_perfect_carry_succeeds_with_exact_figures():
@@ -122,46 +116,27 @@ def test_other_failures_have_their_reasons():
 
 def test_letting_go_ends_the_hold():
     traces = carried()
-    touching = traces.touching.copy()
-    touching[300:] = 0
-    assert not judge(replace(traces, touching=touching), MOVE).success
-
-
-SLIDE = task_by_name("mouse-slide")
-CLICK = task_by_name("mouse-left-click")
-SCISSORS = task_by_name("scissors-use")
-WRITE = task_by_name("pen-write")
-
-
-def moved(distance: float, up: float = 0.0) -> GraspTraces:
-    """Palm and object displaced together along the table in the action."""
-    traces = carried(height=0.0)
-    part = np.clip((traces.time - LIFT_TIME) / LIFT_DURATION, 0, 1)
-    shift = np.outer(part, [distance, 0, up])
-    return replace(traces, object_pos=traces.object_pos + shift, palm_pos=traces.palm_pos + shift)
+    press = traces.press.copy()
+    press[300:] = 0
+    outcome = judge(pressing(traces, press), MOVE)
+    assert (outcome.reason, outcome.contacts) == ("slipped", 0)
+    assert outcome.hold_s == pytest.approx(1.15)
 
 
 def test_sliding_asks_for_distance_on_the_table():
-    assert judge(moved(0.08), SLIDE).success
-    short = judge(moved(0.05), SLIDE)
+    assert judge(moved(SLIDE, 0.08), SLIDE).success
+    short = judge(moved(SLIDE, 0.05), SLIDE)
     assert short.reason == "slipped"
     assert "50 of 60 mm" in short.detail
-    assert judge(moved(0.08, up=0.02), SLIDE).reason == "slipped"  # lifted instead
+    assert judge(moved(SLIDE, 0.08, up=0.02), SLIDE).reason == "slipped"  # lifted instead
 
 
 def test_a_hand_that_slides_off_has_not_slid_the_object():
-    traces = moved(0.08)
+    traces = moved(SLIDE, 0.08)
     stays = np.tile(traces.object_pos[0], (len(traces.time), 1))
     outcome = judge(replace(traces, object_pos=stays), SLIDE)
     assert outcome.reason == "slipped"
     assert outcome.peak_slip_m == pytest.approx(0.08)
-
-
-def hinged(start_deg: float, end_deg: float, from_time: float = LIFT_TIME) -> GraspTraces:
-    """An object that stands where it is while its hinge turns."""
-    traces = carried(height=0.0)
-    part = np.clip((traces.time - from_time) / 0.3, 0, 1)
-    return replace(traces, hinge=np.deg2rad(start_deg + part * (end_deg - start_deg)))
 
 
 @pytest.mark.parametrize(
@@ -174,7 +149,7 @@ def hinged(start_deg: float, end_deg: float, from_time: float = LIFT_TIME) -> Gr
     ],
 )
 def test_hinges_must_pass_their_angle_from_the_side_they_start_on(task, start, end, succeeds):
-    outcome = judge(hinged(start, end), task)
+    outcome = judge(hinged(start, end, n_pressed=len(task.rule.pressed)), task)
     assert outcome.success is succeeds
     assert outcome.reason == (None if succeeds else "missed")
 
@@ -187,32 +162,29 @@ def test_a_button_that_is_pressed_before_the_action_is_no_click():
 
 def test_an_object_worked_where_it_stands_must_stay_there():
     traces = hinged(0, 1.2)
-    away = traces.object_pos + np.outer(np.linspace(0, 1, len(traces.time)), [0.03, 0, 0])
-    follow = replace(traces, object_pos=away, palm_pos=away)
-    assert judge(follow, CLICK).reason == "slipped"
+    way = np.outer(acting(traces), [1.0, 0, 0])
 
+    def away(distance: float) -> GraspTraces:
+        pos = traces.object_pos + distance * way
+        return replace(traces, object_pos=pos, palm_pos=pos)
 
-def drawn(distance: float, height: float = 0.001, lift: float = HEIGHT) -> GraspTraces:
-    """A carried object whose front end moves along the table in the hold."""
-    traces = carried(height=lift)
-    part = np.clip((traces.time - 2.0) / 1.0, 0, 1)
-    front = np.column_stack([0 * part, -distance * part, height + 0 * part])
-    front[traces.time < 2.0, 2] = 0.05
-    return replace(traces, front_pos=front)
+    assert shown(away(0.0099), CLICK) == (True, None)
+    outcome = judge(away(0.0102), CLICK)
+    assert (outcome.reason, outcome.peak_slip_m) == ("slipped", pytest.approx(0.0102, rel=0.02))
 
 
 def test_tracing_asks_for_a_line_on_the_table():
-    assert judge(drawn(0.055), WRITE).success
-    assert judge(drawn(0.045), WRITE).reason == "slipped"
-    assert judge(drawn(0.055, height=0.004), WRITE).reason == "slipped"
-    assert judge(drawn(0.055, lift=0.04), WRITE).reason == "slipped"  # dragged, not lifted
+    assert judge(drawn(WRITE, 0.055), WRITE).success
+    assert judge(drawn(WRITE, 0.045), WRITE).reason == "slipped"
+    assert judge(drawn(WRITE, 0.055, height=0.004), WRITE).reason == "slipped"
+    assert judge(drawn(WRITE, 0.055, lift=0.04), WRITE).reason == "slipped"  # dragged, not lifted
 
 
 def test_a_line_with_a_gap_counts_for_its_longer_part():
-    traces = drawn(0.09)
+    traces = drawn(WRITE, 0.09)
     assert traces.front_pos is not None
     front = traces.front_pos.copy()
-    middle = int(np.searchsorted(-front[:, 1], 0.045))
+    middle = int(np.searchsorted(front @ asked(WRITE), 0.045))
     front[middle : middle + 2, 2] = 0.02
     outcome = judge(replace(traces, front_pos=front), WRITE)
     assert outcome.reason == "slipped"
@@ -239,12 +211,13 @@ def shown(traces: GraspTraces, task: Task) -> tuple[bool, str | None]:
 
 def held_for(*stretches: int) -> GraspTraces:
     """A carry that is touched during stretches of so many samples after the lift, apart by one."""
-    traces = carried(hold=sum(stretches) / RATE + 1.0)
-    touching, first = np.zeros(len(traces.time), dtype=np.int64), 200
+    traces = carried(hold=(sum(stretches) + 2 * len(stretches) - 1) / RATE)
+    press, first = pinching(len(traces.time)), 200
     for n in stretches:
-        touching[first : first + n + 1] = 3
+        press[first - 1] = 0.0
         first += n + 2
-    return replace(traces, touching=touching)
+    press[first - 1 :] = 0.0
+    return pressing(traces, press)
 
 
 @pytest.mark.parametrize(("samples", "succeeds"), [(300, True), (299, True), (298, False)])
@@ -294,7 +267,7 @@ def test_exactly_the_height_is_enough():
     lift = judge(traces, MOVE).lift_m
     assert judge(traces, ruled(MOVE, lift=lift)).success
     assert not judge(traces, ruled(MOVE, lift=np.nextafter(lift, 1))).success
-    flat = moved(0.08)
+    flat = moved(SLIDE, 0.08)
     outcome = judge(flat, ruled(SLIDE, lift=0.0))
     assert outcome.success
     assert outcome.hold_s == pytest.approx(flat.time[-1] - LIFT_TIME)
@@ -363,23 +336,12 @@ def test_an_object_that_moves_and_tilts_slipped():
     assert judge(both, MOVE).reason == "slipped"
 
 
-def test_overlap_counts_at_its_deepest_and_up_to_a_centimetre():
-    def deep(metres: float) -> GraspTraces:
-        traces = carried()
-        penetration = traces.penetration.copy()
-        penetration[260] = metres
-        return replace(traces, penetration=penetration)
-
-    assert judge(deep(0.01), MOVE).success
-    outcome = judge(deep(0.0101), MOVE)
-    assert (outcome.reason, outcome.penetration_m) == ("penetrated", 0.0101)
-
-
 def test_contacts_are_those_at_the_end():
     traces = carried()
-    touching = traces.touching.copy()
-    touching[-1] = 2
-    assert judge(replace(traces, touching=touching), MOVE).contacts == 2
+    assert judge(traces, MOVE).contacts == 4
+    press = traces.press.copy()
+    press[-1, 2:] = 0.0
+    assert judge(pressing(traces, press), MOVE).contacts == 2
 
 
 def test_a_hand_that_was_late_and_held_has_held():
@@ -419,8 +381,7 @@ def test_things_that_are_round_about_x_may_roll_about_it_alone(axis, degrees):
 def together(degrees: float, axis: tuple[float, float, float], before: float = 0.0) -> GraspTraces:
     """An object that turns with the palm about itself: ``before`` the action, and in it."""
     traces = carried()
-    part = np.clip((traces.time - LIFT_TIME) / LIFT_DURATION, 0, 1)
-    angle = before * np.clip(traces.time / 0.5, 0, 1) + degrees * part
+    angle = before * np.clip(traces.time / 0.5, 0, 1) + degrees * acting(traces)
     quat = Rotation.from_rotvec(np.deg2rad(np.outer(angle, axis))).as_quat(scalar_first=True)
     palm = Rotation.from_quat(quat, scalar_first=True)
     centre = traces.palm_pos + palm.apply(np.array([0.1, -0.05, -0.01]))
@@ -455,7 +416,7 @@ def test_fingers_that_flex_turn_nothing():
 
 
 def test_exactly_the_way_is_enough():
-    traces = moved(0.08)
+    traces = moved(SLIDE, 0.08)
     way = float(np.linalg.norm((traces.object_pos[-1] - traces.object_pos[0])[:2]))
     assert judge(traces, ruled(SLIDE, distance=way)).success
     assert not judge(traces, ruled(SLIDE, distance=np.nextafter(way, 1))).success
@@ -467,8 +428,8 @@ def test_exactly_the_way_is_enough():
 
 
 def test_slides_are_measured_along_the_table_and_in_the_action():
-    assert judge(moved(0.0595, up=0.0095), SLIDE).reason == "slipped"
-    traces = moved(0.04)
+    assert judge(moved(SLIDE, 0.0595, up=0.0095), SLIDE).reason == "slipped"
+    traces = moved(SLIDE, 0.04)
     pushed = traces.object_pos - np.where(traces.time < 0.5, 0.03, 0.0)[:, None] * [1.0, 0, 0]
     outcome = judge(replace(traces, object_pos=pushed), SLIDE)
     assert outcome.reason == "slipped"
@@ -484,7 +445,7 @@ def test_buttons_count_in_the_action_alone():
     assert (outcome.success, outcome.done) == (True, 1.0)
     lifted = np.where(traces.time > 0.3, np.deg2rad(-0.4), 0.0)
     assert judge(replace(traces, hinge=lifted), CLICK).done == 0.0
-    half = judge(hinged(30, 20), SCISSORS)
+    half = judge(hinged(30, 20, n_pressed=2), SCISSORS)
     assert half.done == pytest.approx(0.5)
 
 
@@ -503,19 +464,18 @@ def test_a_worked_object_need_not_rise():
 
 @pytest.mark.parametrize(("height", "succeeds"), [(0.0029, True), (0.003, True), (0.0031, False)])
 def test_a_front_end_draws_within_three_millimetres(height, succeeds):
-    assert judge(drawn(0.055, height=height), WRITE).success is succeeds
+    assert judge(drawn(WRITE, 0.055, height=height), WRITE).success is succeeds
 
 
 def test_a_line_counts_by_its_greatest_extent_in_the_action():
-    traces = drawn(0.055)
+    traces = drawn(WRITE, 0.055)
     assert traces.front_pos is not None
     back = traces.front_pos.copy()
     back[400:] = back[250]
     assert judge(replace(traces, front_pos=back), WRITE).success
     early = traces.front_pos.copy()
     early[:, :2] = 0.0
-    early[:90, 1] = np.linspace(0, 0.06, 90)
-    early[:90, 2] = 0.001
+    early[:90] = np.outer(np.linspace(0, 0.06, 90), asked(WRITE)) + [0, 0, 0.001]
     outcome = judge(replace(traces, front_pos=early), WRITE)
     assert (outcome.reason, outcome.done) == ("slipped", 0.0)
 
@@ -524,3 +484,172 @@ def test_figures_of_a_rule_without_an_action():
     assert PassRule("carry") == MOVE.rule
     assert judge(carried(), MOVE).done == 1.0
     assert judge(carried(height=0.0), MOVE).done == 1.0
+
+
+def in_hold(traces: GraspTraces, shift: float, turn_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (n, 3) and quaternions (n, 4) of what is moved and turned in the hold alone."""
+    part = np.clip((traces.time - 2.0) / 0.5, 0, 1)
+    rotation = Rotation.from_rotvec(np.outer(np.deg2rad(turn_deg) * part, [1.0, 0, 0]))
+    return np.outer(part, [shift, 0, 0]), rotation.as_quat(scalar_first=True)
+
+
+def test_a_worked_object_may_follow_a_hand_that_is_shaken_in_the_hold():
+    """But it may not slip or tilt in it."""
+    traces = hinged(0, 1.2)
+    shift, quat = in_hold(traces, 0.03, 0.0)
+    follows = replace(traces, object_pos=traces.object_pos + shift)
+    with_palm = replace(follows, palm_pos=traces.palm_pos + shift)
+    assert shown(with_palm, CLICK) == (True, None)
+    outcome = judge(follows, CLICK)
+    assert (outcome.reason, outcome.peak_slip_m) == ("slipped", pytest.approx(0.03))
+    _, quat = in_hold(traces, 0.0, 11.0)
+    assert shown(replace(traces, object_quat=quat, symmetry=None), CLICK) == (False, "tilted")
+    with_palm = replace(traces, object_quat=quat, palm_quat=quat, palm_pos=traces.object_pos)
+    assert shown(replace(with_palm, symmetry=None), CLICK) == (True, None)
+
+
+def test_a_worked_object_is_held_for_a_second_afterwards():
+    traces = hinged(0, 1.2)
+    press = traces.press.copy()
+    press[:ACTION] = 0.0
+    press[ACTION + 99 :] = 0.0
+    assert judge(pressing(traces, press), CLICK).hold_s == pytest.approx(0.98)
+    assert shown(pressing(traces, press), CLICK) == (False, "slipped")
+    press[: ACTION + 100] = traces.press[: ACTION + 100]
+    press[:ACTION] = 0.0
+    assert judge(pressing(traces, press), CLICK).reason != "slipped"
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize(("degrees", "reason"), [(13.0, None), (15.0, "astray")])
+def test_what_is_slid_stays_beside_its_way_by_at_most_15_mm(sign, degrees, reason):
+    """A straight way of 62 mm is then 14 or 16 mm beside."""
+    outcome = judge(moved(SLIDE, 0.062, off_deg=sign * degrees), SLIDE)
+    assert outcome.reason == reason
+    assert outcome.done >= 1.0
+    assert reason is None or f"{degrees:.0f} deg" in outcome.detail
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize(("degrees", "reason"), [(19.9, None), (20.1, "astray"), (180, "astray")])
+def test_what_is_slid_goes_where_it_is_asked_to_go_within_20_deg(sign, degrees, reason):
+    """Over a way so short that it is never far beside."""
+    short = ruled(SLIDE, distance=0.04)
+    assert judge(moved(SLIDE, 0.041, off_deg=sign * degrees), short).reason == reason
+
+
+def test_what_leaves_its_way_in_between_went_astray():
+    traces = moved(SLIDE, 0.08)
+    arc = np.sin(np.pi * acting(traces))[:, None] * asked(SLIDE, 90.0)
+
+    def bowed(metres: float) -> GraspTraces:
+        pos = traces.object_pos + metres * arc
+        return replace(traces, object_pos=pos, palm_pos=traces.palm_pos + metres * arc)
+
+    assert judge(bowed(0.0149), SLIDE).success
+    assert judge(bowed(0.0151), SLIDE).reason == "astray"
+    assert judge(bowed(-0.0151), SLIDE).reason == "astray"
+
+
+def test_too_short_a_way_astray_is_too_short():
+    assert judge(moved(SLIDE, 0.05, off_deg=90.0), SLIDE).reason == "slipped"
+    assert judge(drawn(WRITE, 0.045, off_deg=90.0), WRITE).reason == "slipped"
+
+
+def test_what_moves_in_the_hold_was_not_slid_in_the_action():
+    traces = moved(SLIDE, 0.05)
+    more = np.outer(np.clip((traces.time - 2.0) / 0.5, 0, 1), 0.03 * asked(SLIDE))
+    both = replace(traces, object_pos=traces.object_pos + more, palm_pos=traces.palm_pos + more)
+    assert judge(both, SLIDE).done == pytest.approx(0.05 / 0.06)
+
+
+@pytest.mark.parametrize(("degrees", "reason"), [(14.0, None), (17.0, "astray"), (90, "astray")])
+def test_lines_are_drawn_where_they_are_asked_for(degrees, reason):
+    """55 mm are then 13 or 16 mm beside it."""
+    outcome = judge(drawn(WRITE, 0.055, off_deg=degrees), WRITE)
+    assert outcome.reason == reason
+    assert reason is None or "beside the way" in outcome.detail
+
+
+def test_of_several_lines_the_longest_is_looked_at():
+    traces = drawn(WRITE, 0.11)
+    assert traces.front_pos is not None
+    front = traces.front_pos.copy()
+    first = int(np.searchsorted(front @ asked(WRITE), 0.030))
+    front[first : first + 2, 2] = 0.02  # 3 cm, and then 8
+    assert judge(replace(traces, front_pos=front), WRITE).success
+    askew = front.copy()
+    askew[: first + 1, :2] = askew[: first + 1, :2] @ [[0, 1], [-1, 0]]  # the short one
+    assert judge(replace(traces, front_pos=askew), WRITE).success
+
+
+def test_lines_of_a_left_hand_go_the_other_way():
+    left = WRITE.for_side("left")
+    assert judge(drawn(left, 0.055), left).success
+    assert judge(drawn(WRITE, 0.055), left).reason == "astray"
+
+
+@pytest.mark.parametrize(("force", "reason"), [(0.2, None), (0.199, "astray")])
+def test_a_button_is_pressed_by_the_finger_that_the_task_names(force, reason):
+    """With the weight of 20 g at least, when the hinge passes its angle: here at sample 125."""
+    traces = hinged(0, 1.2)
+    row = int((np.rad2deg(traces.hinge) >= 1.0).argmax())
+    pressed = replace(traces, pressed=at(row, force)[:, None])
+    outcome = judge(pressed, CLICK)
+    assert (outcome.reason, outcome.done) == (reason, 1.0)
+    assert reason is None or outcome.detail == "left_button moved, but no index pressed left_button"
+    late = replace(traces, pressed=at(slice(row + 1, None), 5.0)[:, None])
+    assert judge(late, CLICK).reason == "astray"
+
+
+def test_scissors_are_pressed_in_both_loops():
+    traces = hinged(30, 8, n_pressed=2)
+    assert judge(traces, SCISSORS).success
+    for column, words in ((0, "no thumb pressed blade"), (1, "no index or middle pressed object")):
+        pressed = traces.pressed.copy()
+        pressed[:, column] = 0.1
+        outcome = judge(replace(traces, pressed=pressed), SCISSORS)
+        assert outcome.reason == "astray"
+        assert words in outcome.detail
+
+
+def test_a_hinge_that_never_passed_was_missed_whatever_pressed():
+    traces = hinged(0, 0.9)
+    assert judge(replace(traces, pressed=0 * traces.pressed), CLICK).reason == "missed"
+
+
+def test_the_action_comes_before_the_rules_of_every_grasp():
+    """And slip before both: a grasp that let go is not told that it leaned."""
+    leaning = replace(carried(), table_force=np.full(520, 99.0))
+    assert judge(leaning, MOVE).reason == "leaned"
+    assert judge(replace(leaning, object_pos=slipped(0.03, 250, 600).object_pos), MOVE).reason == (
+        "slipped"
+    )
+    half = replace(together(20, (0, 0, 1)), table_force=np.full(520, 99.0))
+    assert judge(half, SPIN).detail == "it was turned by 20 deg of 45 deg"
+
+
+def test_an_outcome_says_what_every_grasp_is_judged_by():
+    traces = carried()
+    press = traces.press.copy()
+    press[HOLD:, 0, 1], press[HOLD + 160 :, 0, 1] = 2.0, 4.0
+    table = at(slice(50, 70), 8.0)
+    given = replace(pressing(traces, press), table_force=table, need=1.5, strain=0.7)
+    outcome = judge(given, MOVE)
+    assert outcome.success
+    assert tuple(outcome.forces_n) == CONTACT_PARTS
+    assert list(outcome.forces_n.values()) == pytest.approx([3.0, 1.0, 1.0, 1.0, 0.0, 0.0])
+    assert (outcome.need_n, outcome.margin) == (1.5, pytest.approx(2.0))
+    assert (outcome.table_force_n, outcome.strain) == (pytest.approx(8.0), 0.7)
+    assert (outcome.pushed_m, outcome.pushed_deg, outcome.opposed) == (0.0, 0.0, 1.0)
+
+
+def test_what_a_run_without_a_hold_says():
+    """One that was ended before: there is nothing to take means of."""
+    traces = carried(hold=0.1)
+    brief = replace(traces, hold_start=traces.time[-1] + 0.5)
+    outcome = judge(brief, MOVE)
+    assert not outcome.success
+    assert set(outcome.forces_n.values()) == {0.0}
+    assert outcome.margin == 0.0
+    assert outcome.opposed == 1.0
