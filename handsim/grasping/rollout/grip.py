@@ -37,7 +37,10 @@ SHORT = float(np.deg2rad(2.0))
 SLIP, SLIP_DOUBLES, MOST = 0.0015, 0.003, 3.0
 """Slip beyond which the grip tightens [m], what more of it doubles the grip [m], and its limit."""
 
-GRIP = (TOUCH, LIGHT, IDLE, SMOOTHING, SETTLING, BEYOND, SEEKING, SOUGHT, SHORT, SLIP, MOST)
+GRIP = (
+    *(TOUCH, LIGHT, IDLE, SMOOTHING, SETTLING, BEYOND, SEEKING, SOUGHT, SHORT),
+    *(SLIP, SLIP_DOUBLES, MOST),
+)
 """What plans are made for, beside the task."""
 
 _PER_RADIAN = FINGERTIP_FORCE / SATURATION  # of a finger all of whose joints are off [N/rad]
