@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Pose, Schedule, schedule_for
 from handsim.grasping.planning.preshapes import REST
 from handsim.grasping.rollout.commands import LOST, Commands
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.squeeze import squeeze_offset
-from handsim.joints import JOINT_INDEX, LOWER, UPPER
+from handsim.joints import JOINT_INDEX
+from handsim.tasks.scene import start_pose
 from handsim.tasks.table_one import task_by_name
 
 MOVE = task_by_name("jar-move")
@@ -39,14 +42,10 @@ def test_there_is_a_row_for_each_hundredth_of_a_second_to_the_end(commands):
     assert schedule_for(MOVE) == SCHEDULE
     assert SCHEDULE.hold_start == pytest.approx(3.3)
     np.testing.assert_allclose(commands.times, np.arange(641) / 100)
-    for rows in (
-        commands.palm_pos,
-        commands.palm_quat,
-        commands.added,
-        commands.lift,
-        commands.disturbance,
+    for name in (
+        *("palm_pos", "palm_quat", "closed", "flexion", "lift", "load", "disturbance", "lost"),
     ):
-        assert len(rows) == 641
+        assert len(getattr(commands, name)) == 641
 
 
 def test_the_palm_goes_to_the_object_as_it_is_expected_to_stand(commands):
@@ -62,20 +61,42 @@ def test_the_squeeze_begins_when_the_reach_ends_and_is_whole_in_the_action(comma
     whole = squeeze_offset(0.8, ("index", "middle"))
     assert whole[JOINT_INDEX["thumb_mcp"]] == pytest.approx(np.deg2rad(8.0))
     assert not whole[JOINT_INDEX["ring_mcp"]]
-    np.testing.assert_array_equal(commands.added[:121], np.zeros((121, 22)))
-    assert (commands.added[122, whole > 0] > 0).all()
-    np.testing.assert_allclose(commands.added[145], 0.5 * whole, atol=1e-12)
-    np.testing.assert_allclose(commands.added[170:], np.tile(whole, (471, 1)), atol=1e-12)
+    np.testing.assert_array_equal(commands.closing, whole)
+    np.testing.assert_array_equal(commands.closed[:121], 0.0)
+    assert commands.closed[122] > 0.0
+    assert commands.closed[145] == pytest.approx(0.5)
+    np.testing.assert_allclose(commands.closed[170:], 1.0)
 
 
-def test_fingers_that_act_are_added_to_the_squeeze():
+def test_fingers_that_act_flex_beside_the_squeeze():
     click = task_by_name("mouse-left-click")
     acting = Commands.of(PLAN, click, schedule_for(click))
     index = JOINT_INDEX["index_mcp"]
-    assert acting.added[170, index] == 0.0
-    assert acting.added[200, index] == pytest.approx(np.deg2rad(12.0))
-    squeezed = squeeze_offset(0.8, click.grasp.fingers)
-    np.testing.assert_allclose(np.delete(acting.added[200] - squeezed, index), 0.0, atol=1e-12)
+    assert acting.flexion[170, index] == 0.0
+    assert acting.flexion[200, index] == pytest.approx(np.deg2rad(12.0))
+    assert not np.delete(acting.flexion, index, axis=1).any()
+
+
+def test_commands_know_when_the_action_begins_and_whether_it_lifts(commands):
+    assert commands.action == 170
+    assert commands.lifted
+    click = task_by_name("mouse-left-click")
+    assert not Commands.of(PLAN, click, schedule_for(click)).lifted
+
+
+def test_the_load_is_gravity_and_what_accelerates_the_palm(commands):
+    """Up by 12 cm in 0.8 s by minimum jerk: at most 5.77 h / T^2, 1.08 m/s^2."""
+    np.testing.assert_allclose(commands.load[120:170], np.tile([0, 0, 9.81], (50, 1)), atol=1e-9)
+    assert commands.load[170:251, 2].max() == pytest.approx(9.81 + 5.7735 * 0.12 / 0.64, rel=2e-3)
+    assert commands.load[170:251, 2].min() == pytest.approx(9.81 - 5.7735 * 0.12 / 0.64, rel=2e-3)
+    np.testing.assert_allclose(commands.load[331:], np.tile([0, 0, 9.81], (310, 1)), atol=1e-6)
+
+
+def test_the_load_grows_with_the_shaking(commands):
+    felt = shaken(2.0).load - commands.load
+    assert np.linalg.norm(felt[400:], axis=1).max() == pytest.approx(2.0, rel=0.01)
+    assert np.abs(felt[:, 2]).max() < 1e-9
+    np.testing.assert_allclose(felt[:330], 0.0, atol=1e-9)
 
 
 def test_arrival_is_the_last_reading_of_the_reach(commands):
@@ -149,29 +170,57 @@ def test_noise_follows_the_seed_and_the_glove(commands):
     assert np.rad2deg(noisy[0].disturbance.std()) == pytest.approx(0.25, rel=0.05)
 
 
-def test_commands_are_targets_and_what_is_added_within_the_ranges(commands):
-    targets = 0.5 * (LOWER + UPPER)
-    np.testing.assert_allclose(commands.commanded(targets, 100), targets)
-    np.testing.assert_allclose(
-        commands.commanded(targets, slice(120, None)), targets + commands.added[120:]
+def disturbed(**values) -> Commands:
+    """Commands of a run whose glove has no noise."""
+    return Commands.of(PLAN, MOVE, SCHEDULE).disturbed(Conditions(**values), QUIET)
+
+
+def test_a_biased_glove_is_off_in_every_joint_to_one_side_or_the_other():
+    off = disturbed(bias=0.05).disturbance
+    np.testing.assert_array_equal(off, np.tile(off[0], (641, 1)))
+    np.testing.assert_allclose(np.abs(off[0]), 0.05)
+    assert 3 < (off[0] > 0).sum() < 19
+    assert (disturbed(bias=0.05, seed=1).disturbance[0] != off[0]).any()
+    np.testing.assert_array_equal(disturbed(bias=0.05).disturbance, off)
+
+
+def test_a_glove_drifts_with_time_to_the_side_of_its_bias():
+    drift = disturbed(drift=0.02).disturbance
+    np.testing.assert_allclose(np.abs(drift), 0.02 * np.arange(641)[:, None] / 100 * np.ones(22))
+    both = disturbed(bias=0.05, drift=0.02).disturbance
+    np.testing.assert_allclose(both, disturbed(bias=0.05).disturbance + drift)
+    assert (np.sign(both[-1]) == np.sign(both[0])).all()
+
+
+def test_readings_are_lost_in_their_share_at_random():
+    assert not disturbed().lost.any()
+    lost = disturbed(lost=0.3).lost
+    assert lost.mean() == pytest.approx(0.3, abs=0.05)
+    assert 50 < np.diff(lost.astype(int)).astype(bool).sum() < 400  # in no long stretches
+    assert (disturbed(lost=0.3, seed=1).lost != lost).any()
+
+
+def test_what_else_disturbs_leaves_noise_and_shaking_as_they_were():
+    """A seed is the same trial whether or not its glove is biased, late or loses readings."""
+    usual = Commands.of(PLAN, MOVE, SCHEDULE).disturbed(Conditions(shake=2.0), DataGlove())
+    other = Commands.of(PLAN, MOVE, SCHEDULE).disturbed(
+        Conditions(shake=2.0, bias=0.05, drift=0.01, lost=0.2), DataGlove()
     )
-    np.testing.assert_array_equal(commands.commanded(UPPER, 200), UPPER)
-    np.testing.assert_array_equal(commands.commanded(LOWER - 1.0, 0), LOWER)
+    np.testing.assert_array_equal(usual.palm_pos, other.palm_pos)
+    added = other.disturbance - usual.disturbance
+    expected = 0.05 + 0.01 * np.arange(641)[:, None] / 100
+    np.testing.assert_allclose(np.abs(added), expected * np.ones(22), atol=1e-12)
 
 
 def test_commands_of_several_runs_are_those_of_each():
-    each = [shaken(2.0, seed) for seed in range(3)]
+    each = [disturbed(shake=2.0, bias=0.01, lost=0.2, seed=seed) for seed in range(3)]
     together = Commands.together(each)
     assert together.schedule is SCHEDULE
-    targets = LOWER + np.linspace(0.1, 0.9, 3)[:, None] * (UPPER - LOWER)
-    for rows in (130, slice(125, None)):
-        ctrl = together.commanded(targets, rows)
-        for i, alone in enumerate(each):
-            np.testing.assert_array_equal(ctrl[..., i, :], alone.commanded(targets[i], rows))
-            for name in ("palm_pos", "palm_quat", "added", "disturbance"):
-                mine, its = getattr(together, name)[rows], getattr(alone, name)[rows]
-                np.testing.assert_array_equal(mine[..., i, :], its)
-            np.testing.assert_array_equal(together.lift[:, i], alone.lift)
+    for i, alone in enumerate(each):
+        for name in ("palm_pos", "palm_quat", "lift", "load", "disturbance", "lost"):
+            np.testing.assert_array_equal(getattr(together, name)[:, i], getattr(alone, name))
+    for name in ("closing", "closed", "flexion"):
+        np.testing.assert_array_equal(getattr(together, name), getattr(each[0], name))
 
 
 def test_an_object_is_due_to_rise_once_the_palm_has_risen_twice_as_far(commands):
@@ -180,3 +229,26 @@ def test_an_object_is_due_to_rise_once_the_palm_has_risen_twice_as_far(commands)
     np.testing.assert_array_equal(due, commands.lift >= 0.04)
     np.testing.assert_array_equal(commands.due_to_rise(LOST), due)
     assert not commands.due_to_rise(0.0199).any()  # what is not to be lifted
+
+
+def test_an_arm_follows_the_palm_and_would_like_the_plans_wrist():
+    task = task_by_name("cube-raise")
+    pos, quat = start_pose(task, Conditions().hand)
+    turn = Rotation.from_euler("z", -np.deg2rad(task.yaw_deg))
+    palm = Pose(turn.apply(pos), (turn * Rotation.from_quat(quat, scalar_first=True)).as_quat(
+        scalar_first=True
+    ))  # fmt: skip
+    plan = replace(PLAN, palm=palm, retreat=np.array([0.0, 0.0, 0.02]))
+    commands = Commands.of(plan, task, schedule_for(task))
+    assert commands.reach is None
+    arm, q = ReachingArm(), np.zeros(22)
+    reach = commands.reached(arm, q).reach
+    assert reach is not None
+    assert reach.arm.shape == (len(commands.times), 5)
+    where, turned = arm.palm(reach.arm, reach.wrist)
+    np.testing.assert_allclose(where, commands.palm_pos, atol=1e-9)
+    wanted = Rotation.from_quat(commands.palm_quat, scalar_first=True).as_matrix()
+    np.testing.assert_allclose(turned, wanted, atol=1e-9)
+    q[WRIST_COLUMNS] = np.deg2rad([25.0, 10.0])
+    bent = commands.reached(arm, q).reach
+    assert (bent.wrist - reach.wrist)[:, 0].min() > 0.01

@@ -1,0 +1,241 @@
+"""The grip layer by itself: what it commands, for forces that are made up."""
+
+import numpy as np
+import pytest
+
+from handsim.grasping.rollout import grip as grip_module
+from handsim.grasping.rollout.grip import (
+    BEYOND,
+    GRIP,
+    IDLE,
+    LIGHT,
+    MOST,
+    SEEKING,
+    SETTLING,
+    SLIP,
+    SLIP_DOUBLES,
+    SMOOTHING,
+    SOUGHT,
+    TOUCH,
+    GripLayer,
+    shares_of,
+)
+from handsim.grasping.rollout.squeeze import squeeze_offset
+from handsim.hand.strength import FINGERTIP_FORCE, SATURATION
+from handsim.joints import FINGERS, JOINT_INDEX, JOINTS
+
+DT = 0.01
+PER_RADIAN = FINGERTIP_FORCE / SATURATION
+"""What fingers press in these tests, of as much as they go beyond where they touched [N/rad]."""
+GRASPING = ("index", "middle")
+CLOSING = squeeze_offset(1.0, GRASPING)
+OF = np.array([-1 if j.finger is None else FINGERS.index(j.finger) for j in JOINTS])
+AT = np.full(22, 0.3)
+NONE = np.zeros((1, 5))
+THUMB, INDEX, RING = (FINGERS.index(name) for name in ("thumb", "index", "ring"))
+
+
+def layer(grip: float | tuple[float, ...] = 4.0, flexed=()) -> GripLayer:
+    return GripLayer(
+        CLOSING,
+        shares_of(GRASPING),
+        np.array([finger in flexed for finger in FINGERS]),
+        np.atleast_1d(np.array(grip)),
+    )
+
+
+def given(each: GripLayer, forces, *, told=AT, q=AT, slip=None, closed=0.0, acting=False):
+    forces = np.atleast_2d(forces)
+    rows = [np.broadcast_to(v, (len(forces), 22)) for v in (told, q)]
+    slip = None if slip is None else np.broadcast_to(slip, (len(forces),))
+    return each.command(*rows, forces, slip, closed, DT, acting=acting)
+
+
+def pressing(each: GripLayer, n: int, fingers=(0, 1, 2), stiffness=1.0, **values) -> np.ndarray:
+    """Command n times fingers that touch something stiff; return their last forces (5,) [N]."""
+    forces = np.zeros(5)
+    forces[list(fingers)] = 0.5
+    for _ in range(n):
+        given(each, forces, **values)
+        forces = np.where(each.touched[0], stiffness * PER_RADIAN * each.press[0], 0.0)
+    return forces
+
+
+def test_thumb_and_opposing_fingers_share_the_grip():
+    assert shares_of(("index", "middle")).tolist() == [1.0, 0.5, 0.5, 0.0, 0.0]
+    assert shares_of(FINGERS).tolist() == [1.0, 0.25, 0.25, 0.25, 0.25]
+    assert shares_of(("thumb", "little")).tolist() == [1.0, 0.0, 0.0, 0.0, 1.0]
+    assert shares_of(()).tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("closed", [0.0, 0.4])
+def test_fingers_that_touch_nothing_go_where_they_are_told(closed):
+    told = np.linspace(0.1, 0.5, 22)
+    q = given(layer(), NONE, told=told, q=told - 0.2, closed=closed)
+    np.testing.assert_allclose(q[0], told + closed * CLOSING, rtol=0, atol=1e-15)
+
+
+def test_a_finger_stays_where_it_touched():
+    """Above 0.3 N, whatever it is told afterwards; the other fingers and the wrist go on."""
+    assert TOUCH == 0.3
+    each = layer()
+    forces = np.zeros(5)
+    forces[INDEX] = TOUCH
+    given(each, forces)
+    assert not each.touched.any()
+    forces[INDEX] = 0.31
+    given(each, forces)
+    assert np.flatnonzero(each.touched[0]).tolist() == [INDEX]
+    for _ in range(3):
+        q = given(each, NONE, told=AT + 1.0, q=AT + 0.05)[0]
+    of_index = OF == INDEX
+    np.testing.assert_array_equal(q[~of_index], (AT + 1.0)[~of_index])
+    np.testing.assert_array_equal(each.at[0, of_index], 0.3)
+    assert np.abs(q[of_index] - 0.3).max() < 0.1
+
+
+def test_a_finger_presses_along_the_way_that_it_was_going():
+    """As far as its press says at the joint that has the longest way, all others in proportion."""
+    each = layer()
+    forces = np.zeros(5)
+    forces[INDEX] = 1.0
+    way = np.zeros(22)
+    way[[JOINT_INDEX["index_mcp"], JOINT_INDEX["index_pip"]]] = 0.4, -0.2
+    q = given(each, forces, told=AT + way - CLOSING)[0]
+    step = DT / (SETTLING * PER_RADIAN) * (0.5 * LIGHT - SMOOTHING * 1.0)
+    assert each.press[0, INDEX] == pytest.approx(step)
+    moved = (q - AT)[OF == INDEX]
+    expected = step / 0.4 * way[OF == INDEX]
+    np.testing.assert_allclose(moved, expected, rtol=1e-9, atol=1e-15)
+
+
+def test_a_way_that_is_no_way_moves_nothing_much():
+    """Told to stay where it is, a finger does not go to its end to press."""
+    each = layer()
+    pressing(each, 200, told=AT - CLOSING, closed=1.0, stiffness=0.0)
+    q = given(each, NONE, told=AT - CLOSING + 1e-6, closed=1.0)[0]
+    assert np.abs(q - AT)[OF == INDEX].max() < 1e-4
+
+
+@pytest.mark.parametrize("grip", [1.0, 4.0, 12.0])
+def test_forces_settle_to_their_shares_of_the_grip(grip):
+    forces = pressing(layer(grip), 60, closed=1.0)
+    np.testing.assert_allclose(forces, [grip, grip / 2, grip / 2, 0, 0], rtol=0.01)
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 2.0])
+def test_forces_settle_on_what_is_softer_or_stiffer(stiffness):
+    forces = pressing(layer(), 120, closed=1.0, stiffness=stiffness)
+    np.testing.assert_allclose(forces[:3], [4.0, 2.0, 2.0], rtol=0.02)
+
+
+def test_a_force_has_most_of_its_share_after_a_tenth_of_a_second():
+    each = layer()
+    forces = [pressing(layer(), n, closed=1.0)[THUMB] for n in (1, 4, 10, 15)]
+    assert forces == sorted(forces)
+    assert forces[0] < 1.0
+    assert 4.0 * 0.4 < forces[1] < 4.0 * 0.8
+    assert 4.0 * 0.85 < forces[2] < 4.0 * 1.15
+    assert each.force.shape == (1, 5)
+
+
+def test_fingers_touch_lightly_until_the_hand_has_closed():
+    for closed, thumb in ((0.0, LIGHT), (1 / 3, LIGHT + 0.5 * (4 - LIGHT)), (0.7, 4.0)):
+        forces = pressing(layer(), 80, closed=closed)
+        assert forces[THUMB] == pytest.approx(thumb, rel=0.01)
+
+
+def test_fingers_that_the_grasp_does_not_use_hardly_press():
+    forces = pressing(layer(12.0), 80, fingers=(0, 1, RING), closed=1.0)
+    assert forces[RING] == pytest.approx(IDLE, rel=0.02)
+
+
+def test_a_finger_that_met_nothing_seeks_on_and_gives_up():
+    each = layer()
+    q = [given(each, NONE, closed=1.0)[0] for _ in range(70)]
+    for i, row in enumerate(q):
+        sought = min((i + 1) * SEEKING * DT, SOUGHT)
+        np.testing.assert_allclose(row, AT + (1.0 + sought) * CLOSING, atol=1e-12)
+    assert SOUGHT == 2.0
+    np.testing.assert_array_equal(q[-1], q[-2])
+    each = layer()
+    for _ in range(70):
+        q = given(each, NONE, closed=0.99)
+    np.testing.assert_allclose(q[0], AT + 0.99 * CLOSING)
+
+
+@pytest.mark.parametrize(
+    ("slip", "factor"),
+    [(0.0, 1.0), (SLIP, 1.0), (SLIP + 0.5 * SLIP_DOUBLES, 1.5), (SLIP + SLIP_DOUBLES, 2.0),
+     (1.0, MOST)],
+)  # fmt: skip
+def test_a_slip_tightens_the_grip_of_all(slip, factor):
+    """By nothing up to 1.5 mm, twice at 4.5 mm, three times at most."""
+    assert (SLIP, SLIP_DOUBLES, MOST) == (0.0015, 0.003, 3.0)
+    each = layer()
+    pressing(each, 80, closed=1.0)
+    forces = PER_RADIAN * each.press[0]
+    for _ in range(120):
+        given(each, forces, closed=1.0, slip=slip, acting=True)
+        forces = PER_RADIAN * each.press[0]
+    np.testing.assert_allclose(forces[:3], factor * np.array([4.0, 2.0, 2.0]), rtol=0.02)
+
+
+def test_in_the_action_the_thumb_supports_what_fingers_press():
+    """Its own force is corrected before, and where something slips."""
+    each = layer()
+    pressing(each, 80, closed=1.0)
+    before = each.press.copy()
+    for _ in range(5):
+        given(each, np.full(5, 9.0), closed=1.0, slip=0.0, acting=True)
+    assert each.press[0, THUMB] == before[0, THUMB]
+    assert each.press[0, INDEX] < before[0, INDEX]
+    for _ in range(5):
+        given(each, np.zeros(5), closed=1.0, slip=0.004, acting=True)
+    assert each.press[0, THUMB] > before[0, THUMB]
+
+
+def test_fingers_that_the_action_flexes_press_as_far_as_it_says():
+    each = layer(flexed=("index",))
+    forces = pressing(each, 80, closed=1.0)
+    assert forces[INDEX] == pytest.approx(2.0, rel=0.02)  # held with a force before
+    before = each.press.copy()
+    for _ in range(5):
+        given(each, np.zeros(5), closed=1.0, acting=True)
+    assert each.press[0, INDEX] == before[0, INDEX]
+    assert each.press[0, INDEX + 1] > before[0, INDEX + 1]
+
+
+def test_fingers_go_no_farther_than_30_degrees_to_press():
+    assert np.rad2deg(BEYOND) == pytest.approx(30.0)
+    each = layer(60.0)
+    for _ in range(400):
+        given(each, [0.5, 0.5, 0.0, 0.0, 0.0], closed=1.0)
+    assert each.press[0].tolist() == [BEYOND, BEYOND, 0, 0, 0]
+    for _ in range(400):
+        given(each, [500.0, 500.0, 0.0, 0.0, 0.0], closed=1.0)
+    assert each.press[0].tolist() == [-BEYOND, -BEYOND, 0, 0, 0]
+
+
+def test_runs_together_get_the_bits_of_each_alone():
+    generator = np.random.default_rng(0)
+    grips = (2.0, 4.0, 9.0)
+    together, alone = layer(grips), [layer(grip) for grip in grips]
+    for tick in range(60):
+        told, q = generator.uniform(0, 1, (2, 3, 22))
+        forces = generator.uniform(0, 8, (3, 5)) * (generator.uniform(size=(3, 5)) < 0.1 * tick)
+        slip = generator.uniform(0, 0.01, 3) if tick > 40 else None
+        closed, acting = min(tick / 30, 1.0), tick > 40
+        all_targets = together.command(told, q, forces, slip, closed, DT, acting=acting)
+        for i, each in enumerate(alone):
+            own = None if slip is None else slip[[i]]
+            targets = each.command(told[[i]], q[[i]], forces[[i]], own, closed, DT, acting=acting)
+            np.testing.assert_array_equal(all_targets[[i]], targets)
+    assert together.touched.all()
+    assert not np.array_equal(all_targets[0], all_targets[1])
+
+
+def test_whatever_the_layer_is_made_of_is_told_to_plans():
+    numbers = ("TOUCH", "LIGHT", "IDLE", "SMOOTHING", "SETTLING", "BEYOND", "SEEKING", "SOUGHT",
+               "SHORT", "SLIP", "SLIP_DOUBLES", "MOST")  # fmt: skip
+    assert tuple(getattr(grip_module, name) for name in numbers) == GRIP
