@@ -1,4 +1,4 @@
-"""What drives the fingers: a plan's destination is gone to as it is."""
+"""What drives the fingers: a script, or a controller with a reference of its own."""
 
 from dataclasses import replace
 
@@ -10,13 +10,20 @@ from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.planning.plan_store import plan_store
-from handsim.grasping.rollout.drivers import learned_driver
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.drivers import (
+    CORRECTION,
+    LearnedDriver,
+    ScriptedDriver,
+    learned_driver,
+)
 from handsim.joints import N_JOINTS, clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 
 SCHEDULE = schedule_for(task_by_name("cube-raise"))
 LEAD = np.zeros(N_JOINTS)
+DT = 0.01
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +42,7 @@ def test_a_destination_in_the_subspace_is_followed_to_the_bit(controller, plan):
     driver = learned_driver(controller, replace(plan, z_goal=z_goal), LEAD, SCHEDULE)
     assert driver.z_goal.tobytes() == driver.timing.field.z_goal.tobytes() == z_goal.tobytes()
     lifted = clip_to_range(controller.subspace.inverse_transform(z_goal))
-    np.testing.assert_array_equal(driver.targets(SCHEDULE.reach, plan.q_start), lifted)
+    np.testing.assert_array_equal(driver.destination, lifted)
 
 
 def test_without_one_it_is_the_projection_of_the_posture(controller, plan):
@@ -48,3 +55,111 @@ def test_without_one_it_is_the_projection_of_the_posture(controller, plan):
 def test_a_destination_of_another_controller_is_refused(controller, plan, z_goal):
     with pytest.raises(InputError):
         learned_driver(controller, replace(plan, z_goal=z_goal), LEAD, SCHEDULE)
+
+
+@pytest.fixture(scope="module")
+def leads() -> np.ndarray:
+    """Ratios of damping to stiffness of the hand's actuators [s]."""
+    lead = Scene.build(task_by_name("cube-raise"), Conditions(base="free")).lead
+    assert 0.005 < lead.min() < lead.max() < 0.05
+    return lead
+
+
+@pytest.fixture(scope="module")
+def driver(controller, plan, leads) -> LearnedDriver:
+    return learned_driver(controller, plan, leads, SCHEDULE)
+
+
+def test_a_reference_starts_where_the_plan_starts_and_is_carried_by_the_velocity(driver):
+    """A reading that agrees with the reference changes nothing about it."""
+    z = driver.start(3)
+    np.testing.assert_array_equal(z, np.tile(driver.z_start, (3, 1)))
+    subspace = driver.controller.subspace
+    for time in (0.3, 0.6, 0.9):
+        reading = subspace.inverse_transform(z)
+        targets, after = driver.step(time, DT, z, reading)
+        velocity = driver.timing.velocities(z, time)
+        assert np.abs(velocity).max() > 0.05
+        np.testing.assert_allclose(after, z + DT * velocity, atol=1e-12)
+        ahead = clip_to_range(reading + (velocity @ subspace.components_) * driver.lead)
+        np.testing.assert_allclose(targets, ahead, atol=1e-12)
+        z = after
+
+
+def test_a_reference_is_drawn_to_the_reading_by_a_fiftieth(driver):
+    assert CORRECTION == 0.02
+    z, off = driver.start(1), np.array([[0.2, -0.1, 0.05]])
+    reading = driver.controller.subspace.inverse_transform(z + off)
+    _, after = driver.step(0.5, DT, z, reading)
+    drawn = z + 0.02 * off
+    np.testing.assert_allclose(
+        after, drawn + DT * driver.timing.velocities(drawn, 0.5), atol=1e-12
+    )
+
+
+def followed(driver: LearnedDriver, bias: np.ndarray, by_reading: bool = False) -> np.ndarray:
+    """Postures (n, 22) of a hand that does what its actuators do, seen by a glove that is off.
+
+    ``by_reading`` takes the reading itself for where the hand is meant to be, each time.
+    """
+    subspace = driver.controller.subspace
+    reference, q, path = driver.start(1), subspace.inverse_transform(driver.start(1)), []
+    for time in np.arange(0.0, driver.reach, DT):
+        reading = q + bias
+        if by_reading:
+            z = subspace.transform(reading)
+            velocity = driver.timing.velocities(z, time)
+            targets = clip_to_range(reading + (velocity @ subspace.components_) * driver.lead)
+        else:
+            targets, reference = driver.step(time, DT, reference, reading)
+        q = targets + (q - targets) * np.exp(-DT / driver.lead)
+        path.append(q[0])
+    return np.array(path)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_glove_that_is_off_by_3_deg_moves_the_hand_little(driver, seed):
+    """Where targets are made of readings, the hand moves by 3 deg in each time of the lead."""
+    bias = np.deg2rad(3.0) * np.random.default_rng(seed).choice([-1.0, 1.0], N_JOINTS)
+    off, before = (
+        np.rad2deg(np.abs(followed(driver, bias, law) - followed(driver, 0.0 * bias, law)))
+        for law in (False, True)
+    )
+    assert off.mean() < 1.5
+    assert off.max() < 6.0
+    assert before.mean() > 5 * off.mean()
+
+
+def test_a_hand_that_does_as_it_is_told_comes_to_its_destination(driver):
+    path = followed(driver, np.zeros(N_JOINTS))
+    assert driver.arrived(path[-1])
+    assert not driver.arrived(path[0])
+    jump = np.rad2deg(np.abs(driver.destination - path[-1]).max())
+    assert jump < 5.0
+
+
+def test_runs_together_get_the_bits_of_each_alone(driver):
+    generator = np.random.default_rng(0)
+    readings = driver.controller.demonstrations[3].q_start + generator.normal(0, 0.2, (40, 22))
+    references = driver.start(40) + generator.normal(0, 0.1, (40, 3))
+    for time in (0.0, 0.4, 1.1, 1.3):
+        targets, after = driver.step(time, DT, references, readings)
+        for i in range(40):
+            own, own_after = driver.step(time, DT, references[[i]], readings[[i]])
+            np.testing.assert_array_equal(targets[i], own[0])
+            np.testing.assert_array_equal(after[i], own_after[0])
+    for i, z in enumerate(driver.coordinates(readings)):
+        np.testing.assert_array_equal(z, driver.coordinates(readings[[i]])[0])
+
+
+def test_a_script_needs_no_readings():
+    start, opened, closed = (np.full(N_JOINTS, value) for value in (0.1, 0.3, 0.9))
+    script = ScriptedDriver(start, opened, closed, reach=1.0, peak_aperture_at=0.6)
+    reference = script.start(2)
+    assert reference.shape == (2, 0)
+    readings = np.full((2, N_JOINTS), np.nan)
+    told = [script.step(time, DT, reference, readings)[0][0] for time in (0, 0.3, 0.6, 0.8, 1, 2)]
+    np.testing.assert_allclose(told, [0.1, 0.2, 0.3, 0.6, 0.9, 0.9])
+    np.testing.assert_array_equal(script.destination, closed)
+    assert script.coordinates(readings).shape == (2, 0)
+    assert script.arrived(readings[0])

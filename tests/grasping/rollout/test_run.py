@@ -20,10 +20,10 @@ from handsim.grasping.rollout.forearm import Wrist
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import MAX_SPEED, diverged, simulate
-from handsim.grasping.rollout.sensing import SLOTS, Sensors, contacts_of
+from handsim.grasping.rollout.sensing import Touch
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
-from handsim.joints import CONTACT_PARTS, FINGERS, LOWER, UPPER
+from handsim.joints import LOWER, UPPER
 from handsim.learning.controller import GraspController
 from handsim.tasks.scene import build_scene
 from handsim.tasks.table_one import task_by_name
@@ -38,7 +38,7 @@ def controller() -> GraspController:
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return Scene.build(TASK, Conditions())
+    return Scene.build(TASK, Conditions(base="free"))
 
 
 @pytest.fixture(scope="module")
@@ -56,75 +56,6 @@ def run(scene, plan, driver) -> Rollout:
     return simulate(scene, plan, driver)
 
 
-@pytest.fixture(params=["tall-glass-drink", "scissors-use", "jar-unscrew"])
-def touching(request) -> Scene:
-    """A scene in which hand and object are made to overlap here and there."""
-    return Scene.build(task_by_name(request.param), Conditions())
-
-
-def pushed_into(scene: Scene, seed: int) -> None:
-    """Put the object into the hand and step."""
-    hand, generator = scene.hand, np.random.default_rng(seed)
-    mujoco.mj_resetData(hand.model, hand.data)
-    hand.set_posture(generator.uniform(LOWER, UPPER))
-    palm = hand.data.body("palm").xpos + generator.uniform(-0.06, 0.06, 3)
-    free = next(j for j in range(hand.model.njnt) if hand.model.jnt_type[j] == 0)
-    hand.data.qpos[hand.model.jnt_qposadr[free] :][:3] = palm
-    mujoco.mj_step(hand.model, hand.data)
-
-
-def test_sensors_tell_what_the_contacts_are(touching):
-    model, data = touching.hand.model, touching.hand.data
-    sensors, touched = Sensors(model), 0
-    for seed in range(30):
-        pushed_into(touching, seed)
-        force, depth, crowded = sensors.contacts(data.sensordata[None, sensors.first :])
-        exact_force, exact_depth = contacts_of(model, data)
-        if crowded[0]:
-            assert data.ncon > SLOTS
-            continue
-        touched += bool(exact_force.any())
-        # Objects of several bodies have their contacts summed in another order.
-        np.testing.assert_allclose(force[0], exact_force, rtol=1e-12, atol=1e-12)
-        assert depth[0] == exact_depth
-    assert touched >= 5
-
-
-def test_exact_contacts_are_those_that_mujoco_lists(touching):
-    model, data = touching.hand.model, touching.hand.data
-    pushed_into(touching, 1)
-    expected, deepest, wrench = np.zeros(len(CONTACT_PARTS)), 0.0, np.zeros(6)
-    for i, contact in enumerate(data.contact):
-        bodies = [model.body(int(model.geom_bodyid[geom])) for geom in contact.geom]
-        roots = [model.body(int(body.rootid[0])).name for body in bodies]
-        if set(roots) != {"object", "forearm"}:
-            continue
-        part = bodies[roots.index("forearm")].name.split("_")[0]
-        mujoco.mj_contactForce(model, data, i, wrench)
-        expected[CONTACT_PARTS.index(part if part in FINGERS else "palm")] += wrench[0]
-        deepest = max(deepest, -contact.dist)
-    force, depth = contacts_of(model, data)
-    np.testing.assert_allclose(force, expected, atol=1e-12)
-    assert depth == deepest
-
-
-def test_sensed_poses_are_those_of_the_bodies(touching):
-    model, data = touching.hand.model, touching.hand.data
-    pushed_into(touching, 2)
-    mujoco.mj_forward(model, data)
-    sensors = Sensors(model)
-    poses = {k: v[0] for k, v in sensors.poses(data.sensordata[None, sensors.first :]).items()}
-    grasp_object, palm = data.body("object"), data.body("palm")
-    np.testing.assert_array_equal(poses["object_pos"], grasp_object.xipos)
-    np.testing.assert_array_equal(poses["object_quat"], grasp_object.xquat)
-    np.testing.assert_array_equal(poses["object_origin"], grasp_object.xpos)
-    axes = np.column_stack([poses[f"object_{axis}"] for axis in "xyz"])
-    np.testing.assert_array_equal(axes, grasp_object.xmat.reshape(3, 3))
-    np.testing.assert_array_equal(poses["palm_pos"], palm.xpos)
-    np.testing.assert_array_equal(poses["palm_quat"], palm.xquat)
-    assert data.sensordata[sensors.first :][sensors.height] == grasp_object.xipos[2]
-
-
 def test_a_run_counts_contacts_one_by_one_where_sensors_are_too_few(
     scene, plan, driver, run, monkeypatch
 ):
@@ -132,7 +63,7 @@ def test_a_run_counts_contacts_one_by_one_where_sensors_are_too_few(
 
     def counted(model, data):
         exact.append(data.time)
-        return np.full(len(CONTACT_PARTS), 7.0), 0.001
+        return Touch(np.full(6, 7.0), np.full((6, 3), 0.5), np.array(0.001))
 
     # As if each sensor could tell none of the contacts that it finds.
     monkeypatch.setattr(_stepping, "SLOTS", 0)
@@ -141,6 +72,7 @@ def test_a_run_counts_contacts_one_by_one_where_sensors_are_too_few(
     touched = (run.contact_force > 0).any(axis=1)
     assert touched.any()
     assert (again.contact_force[touched] == 7.0).all()
+    assert (again.press[touched] == 0.5).all()
     assert (again.penetration[touched] == 0.001).all()
     assert len(exact) < len(run.time)  # not while nothing touches
     np.testing.assert_array_equal(again.qpos, run.qpos)
@@ -165,18 +97,6 @@ def test_forearms_of_many_poses_are_those_of_each_to_the_bit(scene):
         np.testing.assert_array_equal(turns[[i]], turn)
 
 
-def test_a_driver_takes_readings_together_as_one_by_one(driver):
-    generator = np.random.default_rng(0)
-    readings = driver.controller.demonstrations[3].q_start + generator.normal(0, 0.2, (40, 22))
-    for time in (0.0, 0.4, 1.1, 1.3):
-        together = np.broadcast_to(driver.targets(time, readings), readings.shape)
-        for i in range(40):
-            (targets,) = np.atleast_2d(driver.targets(time, readings[[i]]))
-            np.testing.assert_array_equal(together[i], targets)
-    for i, z in enumerate(driver.coordinates(readings)):
-        np.testing.assert_array_equal(z, driver.coordinates(readings[[i]])[0])
-
-
 def test_noise_drawn_before_is_that_of_reading_after_reading(scene, plan):
     glove, schedule = DataGlove(), schedule_for(TASK)
     commands = Commands.of(plan, TASK, schedule).disturbed(Conditions(seed=5), glove)
@@ -195,7 +115,7 @@ def test_the_text_of_the_model_is_made_when_wanted(scene, run):
     assert lazy.model_xml == lazy.model_xml == "<mujoco/>"
     assert made == [1]
     # It is that of the scene as it is built, which has the hand's own sensors alone.
-    spec = build_scene(TASK, friction=Conditions().friction)
+    spec = build_scene(TASK, base="free", friction=Conditions().friction)
     spec.compile()
     assert run.model_xml == spec.to_xml()
     assert pickle.loads(pickle.dumps(run)).model_xml == run.model_xml
@@ -224,7 +144,8 @@ def test_a_brief_run_is_the_beginning_of_a_whole_one(controller, scene, plan, dr
     assert run.outcome.success
     np.testing.assert_array_equal(simulate(scene, plan, driver, brief=True).qpos, run.qpos)
     apart = GraspPlan(plan.palm.moved(np.array([0.0, 0.0, 0.2])), *(
-        getattr(plan, name) for name in ("retreat", "q_start", "q_goal", "squeeze", "arrive")
+        getattr(plan, name)
+        for name in ("retreat", "q_start", "q_goal", "squeeze", "grip", "arrive")
     ))  # fmt: skip
     whole, brief = (simulate(scene, apart, driver, brief=each) for each in (False, True))
     n = len(brief.time)

@@ -1,0 +1,159 @@
+"""The least grip that carries a load, beside what is known in closed form."""
+
+import numpy as np
+import pytest
+
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.need import (
+    LEAST,
+    Contacts,
+    contacts_at,
+    least_grip,
+    two_sided_need,
+)
+from handsim.hand.mjcf import FRICTION
+from handsim.objects.mjcf import OBJECTS
+from handsim.tasks.table_one import task_by_name
+
+from .in_hand import pushed_into
+
+CENTRE = np.zeros(3)
+COARSE = 1 / np.cos(np.pi / 8)
+"""How much too large a need comes out at most, for the edges that stand for a cone."""
+
+
+def contacts(*places, friction=0.8, torsion=0.005) -> Contacts:
+    """Contacts from places (3,) and normals (3,)."""
+    points, normals = (np.array([each[i] for each in places], dtype=float) for i in (0, 1))
+    n = len(places)
+    return Contacts(points, normals, np.full(n, friction), np.full(n, torsion))
+
+
+def pinch(left: float = 0.03, right: float = 0.03, aside: float = 0.0, **values) -> Contacts:
+    """Two sides that press against each other along y, ``aside`` of the centre along x [m]."""
+    return contacts(
+        ([aside, -left, 0], [0, 1, 0]), ([aside, right, 0], [0, -1, 0]), **values
+    )
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.8, 1.5])
+def test_two_sides_about_the_centre_share_the_weight(friction):
+    """m g / (2 friction) each."""
+    assert least_grip(pinch(friction=friction), CENTRE, np.array([0, 0, 8.0])) == pytest.approx(
+        8.0 / (2 * friction)
+    )
+
+
+def test_a_need_is_counted_as_one_newton_at_least():
+    assert LEAST == 1.0
+    assert least_grip(pinch(), CENTRE, np.array([0, 0, 1.5])) == 1.0
+    assert least_grip(pinch(), CENTRE, np.array([0, 0, 1.7])) == pytest.approx(1.7 / 1.6)
+    assert least_grip(contacts(), CENTRE, np.array([0, 0, 50.0])) == 1.0
+
+
+def test_the_object_moves_with_its_contacts():
+    offset = np.array([0.3, -0.2, 0.5])
+    moved = pinch(aside=0.01)._replace(points=pinch(aside=0.01).points + offset)
+    load = np.array([1.0, 0.5, 8.0])
+    assert least_grip(moved, CENTRE + offset, load) == pytest.approx(
+        least_grip(pinch(aside=0.01), CENTRE, load), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("right", [0.01, 0.03, 0.09])
+def test_the_nearer_side_carries_more(right):
+    """Without torsion each carries what balances the moment, and both press alike."""
+    held = pinch(0.03, right, torsion=0.0)
+    expected = 8.0 * max(0.03, right) / (0.03 + right) / 0.8
+    assert least_grip(held, CENTRE, np.array([0, 0, 8.0])) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("aside", [0.002, 0.01, 0.03])
+@pytest.mark.parametrize("torsion", [0.005, 0.01])
+def test_off_centre_torsion_withstands_the_loads_torque(aside, torsion):
+    """Each side has half of force and torque within one ellipse of both."""
+    exact = 0.5 * np.hypot(8.0 / 0.8, 8.0 * aside / torsion)
+    need = least_grip(pinch(aside=aside, torsion=torsion), CENTRE, np.array([0, 0, 8.0]))
+    assert exact * (1 - 1e-6) <= need <= exact * COARSE
+
+
+def test_a_need_grows_with_the_distance_from_the_centre():
+    needs = [
+        least_grip(pinch(aside=aside), CENTRE, np.array([0, 0, 4.0]))
+        for aside in (0.0, 0.005, 0.01, 0.02, 0.04)
+    ]
+    assert needs == sorted(needs)
+    assert needs[-1] > 6 * needs[0]
+
+
+@pytest.mark.parametrize("angle", np.deg2rad([0, 11.25, 22.5, 45, 70, 90]))
+def test_weight_in_any_direction_across_the_normals(angle):
+    load = 8.0 * np.array([np.cos(angle), 0.0, np.sin(angle)])
+    assert 5.0 * (1 - 1e-6) <= least_grip(pinch(), CENTRE, load) <= 5.0 * COARSE
+
+
+def test_an_acceleration_along_the_normals_is_carried_by_one_side():
+    """It presses 3 N more than the other, which needs 5 N for its half of the weight."""
+    assert least_grip(pinch(), CENTRE, np.array([0, 3.0, 8.0])) == pytest.approx((5.0 + 8.0) / 2)
+    assert least_grip(pinch(), CENTRE, np.array([0, 30.0, 0.0])) == pytest.approx(15.0)
+
+
+def test_what_lies_on_the_hand_needs_no_friction():
+    below = contacts(([0, 0, -0.02], [0, 0, 1]), friction=0.01)
+    assert least_grip(below, CENTRE, np.array([0, 0, 8.0])) == pytest.approx(4.0)
+
+
+def test_what_contacts_cannot_carry_is_carried_by_nobody():
+    above = contacts(([0, 0, 0.02], [0, 0, -1]))
+    assert least_grip(above, CENTRE, np.array([0, 0, 8.0])) == LEAST
+    # One side alone presses nothing: it would push the object away.
+    one = contacts(([0, -0.03, 0], [0, 1, 0]))
+    assert least_grip(one, CENTRE, np.array([0, 0, 8.0])) == LEAST
+
+
+def test_a_third_contact_never_makes_it_worse():
+    generator = np.random.default_rng(0)
+    for _ in range(10):
+        held = pinch(aside=float(generator.uniform(0, 0.02)))
+        point, normal = generator.normal(size=(2, 3)) * [[0.03], [1.0]]
+        more = Contacts(
+            np.vstack([held.points, point]),
+            np.vstack([held.normals, normal / np.linalg.norm(normal)]),
+            np.append(held.friction, 0.8),
+            np.append(held.torsion, 0.005),
+        )
+        load = np.array([0.5, 0.0, 6.0])
+        assert least_grip(more, CENTRE, load) <= least_grip(held, CENTRE, load) + 1e-6
+
+
+def test_the_need_of_two_sides_is_that_of_the_objects_mass():
+    jar = OBJECTS["jar"]
+    assert two_sided_need(jar) == pytest.approx(jar.mass * 9.81 / (2 * FRICTION[0]))
+    assert two_sided_need(jar, 0.4) == pytest.approx(2 * two_sided_need(jar))
+    assert two_sided_need(OBJECTS["pen"]) == LEAST
+
+
+@pytest.mark.parametrize("base", ["arm", "free"])
+def test_contacts_are_those_of_hand_and_object_in_the_model(base):
+    """Normals point to the object, whichever of both MuJoCo names first."""
+    scene = Scene.build(task_by_name("tall-glass-drink"), Conditions(base=base, friction=0.6))
+    model, data = scene.hand.model, scene.hand.data
+    for seed in range(20):
+        pushed_into(scene, seed)
+        if data.ncon > 4:
+            break
+    found = contacts_at(model, data)
+    expected = []
+    for contact in data.contact:
+        bodies = [model.geom_bodyid[geom] for geom in contact.geom]
+        of_object = [model.body_rootid[body] == model.body("object").id for body in bodies]
+        if sum(of_object) != 1 or 0 in bodies:  # the table
+            continue
+        # MuJoCo's normals point from the first geom to the second.
+        expected.append((contact.pos, contact.frame[:3] * (1 if of_object[1] else -1)))
+    assert len(expected) > 2
+    np.testing.assert_array_equal(found.points, [each[0] for each in expected])
+    np.testing.assert_array_equal(found.normals, [each[1] for each in expected])
+    np.testing.assert_allclose(found.friction, 0.6)
+    np.testing.assert_allclose(found.torsion, FRICTION[1] * 0.6 / FRICTION[0])

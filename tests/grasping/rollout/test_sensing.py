@@ -1,0 +1,201 @@
+"""Sensors of object, palm and table, beside the contacts that MuJoCo lists."""
+# pyright: reportAttributeAccessIssue=false
+
+import mujoco
+import numpy as np
+import pytest
+
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.sensing import SLOTS, Sensors, Touch, contacts_of
+from handsim.joints import CONTACT_PARTS, FINGERS
+from handsim.tasks.table_one import task_by_name
+
+from .in_hand import laid_onto_table, pushed_into
+
+
+@pytest.fixture(
+    params=["tall-glass-drink free", "scissors-use arm", "jar-unscrew free"], scope="module"
+)
+def touching(request) -> Scene:
+    name, base = request.param.split()
+    return Scene.build(task_by_name(name), Conditions(base=base))
+
+
+@pytest.fixture(scope="module")
+def click() -> Scene:
+    return Scene.build(task_by_name("mouse-left-click"), Conditions(base="free"))
+
+
+def sensed(scene: Scene) -> np.ndarray:
+    """Values of the sensors of one simulation, (1, n_values)."""
+    return scene.hand.data.sensordata[None, Sensors(scene.hand.model).first :]
+
+
+def listed(scene: Scene):
+    """Yield part, body touched and what MuJoCo lists of each contact of the hand.
+
+    These are the force (3,) that the hand presses with in the world, its normal part [N] and the
+    overlap [m].
+    """
+    model, data = scene.hand.model, scene.hand.data
+    hand, wrench = model.body("forearm").rootid[0], np.zeros(6)
+    for i, contact in enumerate(data.contact):
+        bodies = [model.body(int(model.geom_bodyid[geom])) for geom in contact.geom]
+        of_hand = [int(body.rootid[0]) == hand for body in bodies]
+        if sum(of_hand) != 1:
+            continue
+        mujoco.mj_contactForce(model, data, i, wrench)
+        sign = 1.0 if of_hand[0] else -1.0  # normals point from the first geom to the second
+        force = sign * contact.frame.reshape(3, 3).T @ wrench[:3]
+        part = bodies[of_hand.index(True)].name.split("_")[0]
+        touched = bodies[of_hand.index(False)]
+        normal = sign * contact.frame[:3]
+        yield part if part in FINGERS else "palm", touched, force, normal, -contact.dist
+
+
+def of_object(scene: Scene) -> Touch:
+    """How hand and object touch by MuJoCo's list."""
+    force, press, deepest = np.zeros(6), np.zeros((6, 3)), 0.0
+    root = scene.hand.model.body("object").id
+    for part, touched, pushed, normal, overlap in listed(scene):
+        if int(touched.rootid[0]) != root:
+            continue
+        column = CONTACT_PARTS.index(part)
+        force[column] += pushed @ normal
+        press[column] += (pushed @ normal) * normal
+        deepest = max(deepest, overlap)
+    return Touch(force, press, np.array(deepest))
+
+
+def test_sensors_tell_what_the_contacts_are(touching):
+    model, data = touching.hand.model, touching.hand.data
+    sensors, touched = Sensors(model), 0
+    for seed in range(30):
+        pushed_into(touching, seed)
+        touch, crowded = sensors.contacts(sensed(touching))
+        exact, known = contacts_of(model, data), of_object(touching)
+        for ours, theirs in zip(exact, known, strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)
+        if crowded[0]:
+            assert data.ncon > SLOTS
+            continue
+        touched += bool(exact.force.any())
+        # Objects of several bodies have their contacts summed in another order.
+        np.testing.assert_allclose(touch.force[0], exact.force, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(touch.press[0], exact.press, rtol=1e-12, atol=1e-12)
+        assert touch.penetration[0] == exact.penetration
+        np.testing.assert_allclose(
+            sensors.finger_forces(sensed(touching))[0], exact.force[:5], rtol=1e-12, atol=1e-12
+        )
+    assert touched >= 5
+
+
+def test_touch_of_many_samples_is_that_of_each(touching):
+    sensors, rows = Sensors(touching.hand.model), []
+    for seed in range(6):
+        pushed_into(touching, seed)
+        rows.append(sensed(touching)[0].copy())
+    block = np.array(rows).reshape(2, 3, -1)
+    touch, crowded = sensors.contacts(block)
+    shapes = [each.shape for each in (*touch, crowded)]
+    assert shapes == [(2, 3, 6), (2, 3, 6, 3), (2, 3), (2, 3)]
+    force, overlap = sensors.table(block)
+    assert force.shape == overlap.shape == (2, 3)
+    for i, row in enumerate(rows):
+        alone, _ = sensors.contacts(row[None])
+        for together, own in zip(touch, alone, strict=True):
+            np.testing.assert_array_equal(together[i // 3, i % 3], own[0])
+
+
+def test_forces_on_the_object_are_along_its_vectors(touching):
+    """The sum of normal forces is at least as long as their vector, and pushes the object away."""
+    model, data = touching.hand.model, touching.hand.data
+    for seed in range(20):
+        pushed_into(touching, seed)
+        exact = contacts_of(model, data)
+        assert (np.linalg.norm(exact.press, axis=1) <= exact.force + 1e-9).all()
+        assert (exact.force >= 0).all()
+
+
+def test_sensed_poses_are_those_of_the_bodies(touching):
+    model, data = touching.hand.model, touching.hand.data
+    pushed_into(touching, 2)
+    mujoco.mj_forward(model, data)
+    sensors = Sensors(model)
+    poses = {k: v[0] for k, v in sensors.poses(sensed(touching)).items()}
+    grasp_object, palm = data.body("object"), data.body("palm")
+    np.testing.assert_array_equal(poses["object_pos"], grasp_object.xipos)
+    np.testing.assert_array_equal(poses["object_quat"], grasp_object.xquat)
+    np.testing.assert_array_equal(poses["object_origin"], grasp_object.xpos)
+    axes = np.column_stack([poses[f"object_{axis}"] for axis in "xyz"])
+    np.testing.assert_array_equal(axes, grasp_object.xmat.reshape(3, 3))
+    np.testing.assert_array_equal(poses["palm_pos"], palm.xpos)
+    np.testing.assert_array_equal(poses["palm_quat"], palm.xquat)
+    assert sensed(touching)[0, sensors.height] == grasp_object.xipos[2]
+    apart = np.linalg.norm(grasp_object.xipos - palm.xpos)
+    assert sensors.apart(sensed(touching))[0] == pytest.approx(apart, rel=1e-12)
+
+
+@pytest.mark.parametrize("depth", [-0.001, 0.0005, 0.002])
+def test_what_the_hand_presses_on_the_table_is_the_sum_of_its_contacts(click, depth):
+    height = click.hand.model.geom("table").pos[2]
+    try:
+        laid_onto_table(click, depth)
+        force, overlap = Sensors(click.hand.model).table(sensed(click))
+        on_table = [
+            (pushed[2], deep) for _, body, pushed, _, deep in listed(click) if body.name == "world"
+        ]
+    finally:
+        click.hand.model.geom("table").pos[2] = height
+    assert bool(on_table) == (depth > 0)
+    assert force[0] == pytest.approx(-sum(each[0] for each in on_table), rel=1e-9)
+    assert overlap[0] == pytest.approx(max([0.0, *(each[1] for each in on_table)]), rel=1e-9)
+    if depth > 0:
+        assert overlap[0] == pytest.approx(depth, rel=0.05)
+        assert force[0] > 0.5
+
+
+def test_an_object_on_the_table_is_not_the_hand(click):
+    """Nor is a hand on the object."""
+    mujoco.mj_resetData(click.hand.model, click.hand.data)
+    mujoco.mj_step(click.hand.model, click.hand.data, nstep=50)
+    assert click.hand.data.ncon > 0
+    force, overlap = Sensors(click.hand.model).table(sensed(click))
+    assert (force[0], overlap[0]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "pressed"),
+    [
+        ("mouse-left-click", [(("index",), "left_button")]),
+        ("scissors-use", [(("thumb",), "blade"), (("index", "middle"), "object")]),
+    ],
+)
+def test_what_is_pressed_is_pressed_by_the_fingers_that_are_named(name, pressed):
+    """The hardest of them counts, and no other finger and no other body."""
+    scene = Scene.build(task_by_name(name), Conditions(base="free"))
+    sensors = Sensors(scene.hand.model)
+    assert sensors.n_pressed == len(pressed)
+    seen = np.zeros(len(pressed), dtype=int)
+    for seed in range(80):
+        pushed_into(scene, seed)
+        found = sensors.pressed(sensed(scene))[0]
+        for i, (fingers, body) in enumerate(pressed):
+            forces = [
+                sum(
+                    (p for part, b, p, *_ in listed(scene) if part == finger and b.name == body),
+                    start=np.zeros(3),
+                )
+                for finger in fingers
+            ]
+            expected = max(float(np.linalg.norm(force)) for force in forces)
+            assert found[i] == pytest.approx(expected, rel=1e-6, abs=1e-9)
+            seen[i] += expected > 0
+    assert (seen >= 2).all()
+
+
+def test_only_tasks_that_name_what_is_pressed_have_sensors_for_it(touching):
+    sensors = Sensors(touching.hand.model)
+    assert sensors.n_pressed == len(touching.task.rule.pressed)
+    assert sensors.pressed(sensed(touching)).shape == (1, sensors.n_pressed)
