@@ -15,18 +15,20 @@ from handsim.grasping.rollout import run as runs
 from handsim.grasping.rollout.batch import grasp_batch, simulate_batch
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import ScriptedDriver, learned_driver
-from handsim.grasping.rollout.jobs import Job
+from handsim.grasping.rollout.jobs import Job, command_key
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import simulate
 from handsim.grasping.rollout.sensing import SLOTS
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
-from handsim.joints import UPPER
+from handsim.joints import N_JOINTS, UPPER
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 from handsim.types import HandSize
 
 TASK = task_by_name("cube-raise")
+FREE = Conditions(base="free")
+"""Less physics than with an arm."""
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +43,7 @@ def hand() -> HandModel:
 
 @pytest.fixture(scope="module")
 def plan(controller, hand) -> GraspPlan:
-    return replayed_plan(controller, Scene.build(TASK, Conditions()), hand)
+    return replayed_plan(controller, Scene.build(TASK, FREE), hand)
 
 
 def assert_same(one: Rollout, other: Rollout) -> None:
@@ -71,7 +73,7 @@ def test_seeds_sizes_and_perturbations_come_out_as_one_by_one(controller, plan):
         perturb(Conditions(), 1),
         Conditions(hand=HandSize(0.175, 0.078)),
         Conditions(seed=4),
-        perturb(Conditions(), 2),
+        perturb(FREE, 2),
     ]
     together = grasp_batch(controller, TASK, plan, conditions, n_threads=2)
     for run, each in zip(together, conditions, strict=True):
@@ -81,8 +83,8 @@ def test_seeds_sizes_and_perturbations_come_out_as_one_by_one(controller, plan):
     assert not np.array_equal(readings[0], readings[3])  # of the same scene, but another seed
 
 
-def scripted(name: str, hand: HandModel, reach: float, seed: int = 0) -> Job:
-    scene = Scene.build(task_by_name(name), Conditions(seed=seed))
+def scripted(name: str, hand: HandModel, reach: float, **conditions) -> Job:
+    scene = Scene.build(task_by_name(name), replace(FREE, **conditions))
     plan, q_open = scripted_plan(scene.task, hand)
     driver = ScriptedDriver(plan.q_start, q_open, plan.q_goal, reach)
     job = short(Job(scene, plan, driver))
@@ -104,10 +106,31 @@ def test_tasks_of_any_shape_and_runs_of_any_length_go_together(hand):
         assert_same(run, alone(job))
 
 
+@pytest.mark.parametrize("base", ["arm", "free"])
+def test_gloves_that_are_late_and_lossy_come_out_as_one_by_one(hand, base):
+    """Two share a driver and lose other readings; a third is not late."""
+    first = scripted("cube-raise", hand, 0.3, base=base)
+    given = {"bias": 0.05, "drift": 0.02, "lost": 0.3, "shake": 2.0, "base": base}
+    conditions = [
+        Conditions(seed=seed, latency=late, **given) for seed, late in enumerate((0.03, 0.03, 0.0))
+    ]
+    jobs = [replace(first, scene=replace(first.scene, conditions=each)) for each in conditions]
+    keys = [command_key(job) for job in jobs]
+    assert keys[0] == keys[1] != keys[2]
+    together = simulate_batch(jobs, n_threads=1)
+    for run, job in zip(together, jobs, strict=True):
+        assert_same(run, alone(job))
+    assert not np.array_equal(together[0].qpos, together[1].qpos)
+
+
 def test_commands_stay_within_the_ranges_together_as_alone(hand):
-    """A squeeze that asks for far more than fingers can bend."""
-    jobs = [scripted("cube-raise", hand, 0.2, seed) for seed in range(2)]
-    jobs = [replace(job, plan=replace(job.plan, squeeze=8.0)) for job in jobs]
+    """A squeeze that asks for far more than fingers can bend, of hands that touch nothing."""
+    jobs = [scripted("cube-raise", hand, 0.2, seed=seed) for seed in range(2)]
+    high = np.array([0.0, 0.0, 0.3])
+    jobs = [
+        replace(job, plan=replace(job.plan, squeeze=8.0, palm=job.plan.palm.moved(high)))
+        for job in jobs
+    ]
     for run, job in zip(simulate_batch(jobs, n_threads=1), jobs, strict=True):
         ctrl = run.ctrl[:, job.scene.hand.ctrl_index]
         assert (ctrl <= UPPER).all()
@@ -116,7 +139,7 @@ def test_commands_stay_within_the_ranges_together_as_alone(hand):
 
 
 def test_the_number_of_threads_changes_nothing(controller, plan):
-    conditions = [Conditions(seed=seed) for seed in range(3)]
+    conditions = [replace(FREE, seed=seed) for seed in range(3)]
     one, many = (
         simulate_batch([short(job) for job in jobs_of(controller, plan, conditions)], n)
         for n in (1, 3)
@@ -126,7 +149,7 @@ def test_the_number_of_threads_changes_nothing(controller, plan):
 
 
 def jobs_of(controller, plan, conditions) -> list[Job]:
-    scene = Scene.build(TASK, Conditions())
+    scene = Scene.build(TASK, FREE)
     driver = learned_driver(controller, plan, scene.lead, schedule_for(scene.task))
     return [Job(replace(scene, conditions=each), plan, driver) for each in conditions]
 
@@ -139,8 +162,15 @@ class Bursting:
     name: str = "bursting"
     reach: float = np.inf
 
-    def targets(self, time, readings):
-        return np.full(readings.shape, np.nan if time >= self.burst else 0.0)
+    @property
+    def destination(self):
+        return np.zeros(N_JOINTS)
+
+    def start(self, n):
+        return np.empty((n, 0))
+
+    def step(self, time, dt, reference, readings):
+        return np.full(readings.shape, np.nan if time >= self.burst else 0.0), reference
 
     def coordinates(self, readings):
         return readings[:, :0]
@@ -151,7 +181,7 @@ class Bursting:
 
 def test_one_that_diverges_ends_by_itself(controller, plan, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
-    sound, other = jobs_of(controller, plan, [Conditions(), Conditions(seed=1)])
+    sound, other = jobs_of(controller, plan, [FREE, replace(FREE, seed=1)])
     jobs = [short(sound), short(replace(other, driver=Bursting(0.31))), short(other)]
     together = simulate_batch(jobs, n_threads=1)
     assert [run.outcome.reason == "unstable" for run in together] == [False, True, False]
@@ -164,7 +194,7 @@ def test_one_that_diverges_ends_by_itself(controller, plan, tmp_path, monkeypatc
 
 
 def test_more_contacts_than_sensors_can_tell_are_counted_one_by_one(controller, plan, monkeypatch):
-    conditions = [Conditions(), Conditions(seed=1)]
+    conditions = [FREE, replace(FREE, seed=1)]
     jobs = [short(job) for job in jobs_of(controller, plan, conditions)]
     expected = simulate_batch(jobs, n_threads=1)
     assert expected[0].contact_force.max() > 0
@@ -189,7 +219,7 @@ def spoiled(check):
 def test_a_batch_leaves_out_runs_with_too_many_contacts_alone(controller, plan, monkeypatch, slots):
     """As if each sensor had no slots: both runs touch the object, the second once it is read."""
     monkeypatch.setattr(sensing.Sensors, "contacts", with_slots(sensing.Sensors.contacts, slots))
-    near, other = (short(j) for j in jobs_of(controller, plan, [Conditions(), Conditions(seed=1)]))
+    near, other = (short(j) for j in jobs_of(controller, plan, [FREE, replace(FREE, seed=1)]))
     far = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.3])))
     made = runs.run_jobs([near, replace(other, plan=far)])
     assert [run is None for run in made] == [slots == 0, False]
@@ -197,8 +227,8 @@ def test_a_batch_leaves_out_runs_with_too_many_contacts_alone(controller, plan, 
 
 def with_slots(contacts, slots):
     def counted(self, values):
-        force, depth, _ = contacts(self, values)
-        return force, depth, self.n_contacts(values).max(axis=-1) > slots
+        touch, _ = contacts(self, values)
+        return touch, self.n_contacts(values).max(axis=-1) > slots
 
     return counted
 
@@ -206,7 +236,7 @@ def with_slots(contacts, slots):
 def test_runs_of_a_batch_end_when_their_object_is_lost_as_alone(controller, plan):
     """The first holds, the others reach too high; the last of them is another driver's."""
     apart = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.2])))
-    conditions = [Conditions(), Conditions(seed=1)]
+    conditions = [FREE, replace(FREE, seed=1)]
     held, lost = (short(job, 0.4) for job in jobs_of(controller, plan, conditions))
     lost = replace(lost, plan=apart)
     driver = ScriptedDriver(plan.q_start, plan.q_start, plan.q_goal, 1.2)
@@ -221,7 +251,7 @@ def test_runs_of_a_batch_end_when_their_object_is_lost_as_alone(controller, plan
 
 
 def test_without_batches_in_mujoco_runs_are_made_one_by_one(controller, plan, monkeypatch):
-    jobs = [short(job) for job in jobs_of(controller, plan, [Conditions(), Conditions(seed=1)])]
+    jobs = [short(job) for job in jobs_of(controller, plan, [FREE, replace(FREE, seed=1)])]
     expected = simulate_batch(jobs, n_threads=1)
     monkeypatch.setattr(batch, "find_spec", lambda name: None)
     monkeypatch.setattr(_stepping, "BatchOfSimulations", None)

@@ -92,9 +92,7 @@ def test_a_reference_is_drawn_to_the_reading_by_a_fiftieth(driver):
     reading = driver.controller.subspace.inverse_transform(z + off)
     _, after = driver.step(0.5, DT, z, reading)
     drawn = z + 0.02 * off
-    np.testing.assert_allclose(
-        after, drawn + DT * driver.timing.velocities(drawn, 0.5), atol=1e-12
-    )
+    np.testing.assert_allclose(after, drawn + DT * driver.timing.velocities(drawn, 0.5), atol=1e-12)
 
 
 def followed(driver: LearnedDriver, bias: np.ndarray, by_reading: bool = False) -> np.ndarray:

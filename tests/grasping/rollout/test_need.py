@@ -32,9 +32,7 @@ def contacts(*places, friction=0.8, torsion=0.005) -> Contacts:
 
 def pinch(left: float = 0.03, right: float = 0.03, aside: float = 0.0, **values) -> Contacts:
     """Two sides that press against each other along y, ``aside`` of the centre along x [m]."""
-    return contacts(
-        ([aside, -left, 0], [0, 1, 0]), ([aside, right, 0], [0, -1, 0]), **values
-    )
+    return contacts(([aside, -left, 0], [0, 1, 0]), ([aside, right, 0], [0, -1, 0]), **values)
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.8, 1.5])

@@ -8,10 +8,14 @@ import pytest
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import Schedule
 from handsim.grasping.rollout import record as record_module
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.need import contacts_at, least_grip
 from handsim.grasping.rollout.record import record_of
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import task_by_name
+
+from .in_hand import pushed_into
 
 N = 8
 SCHEDULE = Schedule(steps=(0.02,), hold=0.01, reach=0.02, squeeze=0.02)
@@ -60,7 +64,10 @@ def samples(**changed):
         "mocap_pos": np.ones((N, 3)),
         "mocap_quat": quat.copy(),
         "contact_force": np.outer(row > 2, [1.0, 0.5, 0.0, 0.0, 0.0, 1e-9]),
+        "press": np.multiply.outer(row, np.arange(18.0).reshape(6, 3)),
         "penetration": row * 1e-4,
+        "table_force": row * 0.3,
+        "pressed": np.column_stack([row, 2 * row]),
         "object_pos": np.outer(row, [1.0, 2.0, 3.0]),
         "object_quat": quat.copy(),
         "object_origin": np.outer(row, [1.0, 0.0, 0.0]),
@@ -77,14 +84,24 @@ def samples(**changed):
 def look(monkeypatch):
     """What the judge is given, the record and the driver."""
 
-    def look(task="pen-write", hinges=(), arrival=3, unstable=False, disturbance=0.0, **changed):
+    def look(
+        task="pen-write",
+        hinges=(),
+        arrival=3,
+        unstable=False,
+        disturbance=0.0,
+        reach=None,
+        **changed,
+    ):
         given = []
         monkeypatch.setattr(record_module, "judge", lambda *args: given.append(args) or OUTCOME)
+        monkeypatch.setattr(record_module, "_need", lambda *args: 1.75)
         commands = SimpleNamespace(
             schedule=SCHEDULE,
             times=TIMES,
             arrival=arrival,
             disturbance=np.full((12, 22), disturbance),
+            reach=reach,
         )
         driver, place = Driver(), scene(task_by_name(task), hinges)
         made = samples(**changed)
@@ -99,18 +116,87 @@ def look(monkeypatch):
 def test_the_judge_sees_object_and_palm_as_they_were(look):
     traces, record, _ = look()
     made = samples()
-    for name in ("object_pos", "object_quat", "palm_pos", "palm_quat", "penetration"):
+    for name in (
+        *("object_pos", "object_quat", "palm_pos", "palm_quat"),
+        *("press", "penetration", "table_force", "pressed"),
+    ):
         np.testing.assert_array_equal(getattr(traces, name), made[name])
+    np.testing.assert_array_equal(traces.force, made["contact_force"])
     np.testing.assert_array_equal(traces.time, TIMES[:N])
     assert traces.action_start == pytest.approx(0.04)
+    assert traces.hold_start == pytest.approx(0.06)
+    assert traces.need == 1.75
     assert traces.unstable_at is None
     assert record.outcome is OUTCOME
-    np.testing.assert_array_equal(record.penetration, made["penetration"])
+    for name in ("penetration", "press", "table_force", "contact_force"):
+        np.testing.assert_array_equal(getattr(record, name), made[name])
 
 
 def test_every_part_that_presses_touches(look):
     traces, _, _ = look()
-    assert traces.touching.tolist() == [0, 0, 0, 3, 3, 3, 3, 3]
+    assert traces.touching.tolist() == [False] * 3 + [True] * 5
+
+
+def test_the_strain_is_the_arms_greatest(look):
+    assert look()[0].strain == 0.0
+    reach = SimpleNamespace(strain=np.array([0.1, 1.3, 0.2]))
+    assert look(reach=reach)[0].strain == 1.3
+
+
+def test_what_diverged_has_the_least_need(look):
+    assert look(unstable=True)[0].need == 1.0
+
+
+def needed(name, **conditions):
+    """The need of a run whose samples are all of one state, at each of whose rows it accelerates.
+
+    The hand stays in a posture in which it overlaps with the object.
+    """
+    made = Scene.build(task_by_name(name), Conditions(base="free", **conditions))
+    for seed in range(30):
+        pushed_into(made, seed)
+        if made.hand.data.ncon > 6:
+            break
+    data, n = made.hand.data, 40
+    arrays = {
+        key: np.tile(getattr(data, key), (n, *(1,) * getattr(data, key).ndim))
+        for key in ("qpos", "ctrl", "mocap_pos", "mocap_quat")
+    }
+    load = np.tile([0.0, 0.0, 9.81], (n, 1))
+    commands = SimpleNamespace(
+        schedule=SimpleNamespace(hold_start=0.1), row=lambda time: round(100 * time), load=load
+    )
+    least = least_grip(
+        contacts_at(made.hand.model, data),
+        data.subtree_com[made.hand.model.body("object").id],
+        np.array([0.0, 0.0, 9.81]) * made.object.mass * made.conditions.mass_scale,
+    )
+    return made, commands, arrays, least
+
+
+def test_the_need_is_that_of_the_moment_of_greatest_load_in_the_hold():
+    made, commands, arrays, least = needed("hammer-use")
+    assert least > 1.5
+    need = record_module._need(made, commands, arrays)
+    assert need == pytest.approx(least, rel=0.02)
+    commands.load[:10] *= 7.0  # before the hold
+    assert record_module._need(made, commands, arrays) == need
+    commands.load[33] *= 3.0
+    assert record_module._need(made, commands, arrays) == pytest.approx(3 * need, rel=1e-6)
+    short = {name: rows[:10] for name, rows in arrays.items()}
+    assert record_module._need(made, commands, short) == 1.0
+
+
+def test_the_need_grows_with_the_objects_mass():
+    _, _, _, usual = needed("hammer-use")
+    made, commands, arrays, _ = needed("hammer-use", mass_scale=2.0)
+    assert record_module._need(made, commands, arrays) == pytest.approx(2 * usual, rel=0.1)
+
+
+def test_what_is_not_lifted_needs_the_least():
+    made, commands, arrays, _ = needed("mouse-slide")
+    commands.load[:] *= 50.0
+    assert record_module._need(made, commands, arrays) == 1.0
 
 
 def test_the_front_end_is_that_of_the_object(look):

@@ -134,7 +134,7 @@ def test_arrival_is_judged_when_the_reach_ends(scene, plan, driver, run):
             asked.append(reading)
             return True
 
-    parts = ("controller", "z_goal", "timing", "lead", "reach")
+    parts = ("controller", "z_start", "z_goal", "timing", "lead", "reach")
     simulate(scene, plan, Asked(*(getattr(driver, part) for part in parts)))
     (row,) = np.flatnonzero(np.isclose(run.time, schedule_for(TASK).reach))
     np.testing.assert_array_equal(asked, run.reading[[row]])

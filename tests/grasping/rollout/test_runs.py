@@ -1,12 +1,14 @@
 """What a run is commanded, when it is given up, and when it has diverged."""
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import mujoco
 import numpy as np
 import pytest
 
+from handsim.arm.arm_strength import leading_targets
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import Schedule
 from handsim.grasping.planning.demonstrator import scripted_plan
@@ -14,12 +16,13 @@ from handsim.grasping.rollout import run as runs
 from handsim.grasping.rollout._stepping import steps_per_reading
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
-from handsim.grasping.rollout.forearm import Wrist
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.jobs import Job, commands_of
 from handsim.grasping.rollout.run import diverged, simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
+from handsim.joints import LOWER, UPPER
 from handsim.tasks.table_one import task_by_name
 
 TASK = task_by_name("cube-raise")
@@ -31,13 +34,17 @@ class Asking:
     """A driver that keeps what it is asked and follows what it reads."""
 
     name, reach = "asking", SCHEDULE.reach
+    destination = np.linspace(LOWER, UPPER, 5)[2]
 
     def __init__(self):
         self.asked = []
 
-    def targets(self, time, readings):
-        self.asked.append((time, readings[0]))
-        return readings
+    def start(self, n):
+        return np.zeros((n, 1))
+
+    def step(self, time, dt, reference, readings):
+        self.asked.append((time, readings[0].copy(), dt, float(reference[0, 0])))
+        return readings, reference + 1.0
 
     def coordinates(self, readings):
         return readings[:, :0]
@@ -46,17 +53,32 @@ class Asking:
         return True
 
 
-@pytest.fixture(scope="module")
-def made():
-    """A short run that is shaken, its commands, scene and driver."""
-    scene = Scene.build(TASK, Conditions(seed=6, shake=3.0))
+@cache
+def high_plan():
+    """Far from the object, so that nothing touches."""
     plan, _ = scripted_plan(TASK, HandModel.from_spec(build_hand()))
-    # Far from the object, so that nothing touches.
-    plan = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.3])))
-    driver = Asking()
+    return replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.3])))
+
+
+def made_with(**values):
+    """A short run, its commands, scene, driver and plan."""
+    scene = Scene.build(TASK, Conditions(**values))
+    plan, driver = high_plan(), Asking()
     run = simulate(scene, plan, driver, DataGlove(), SCHEDULE)
     commands = Commands.of(plan, TASK, SCHEDULE).disturbed(scene.conditions, DataGlove())
     return SimpleNamespace(run=run, commands=commands, scene=scene, driver=driver, plan=plan)
+
+
+@pytest.fixture(scope="module")
+def made():
+    """A short run of a free hand that is shaken."""
+    return made_with(seed=6, shake=3.0, base="free")
+
+
+@pytest.fixture(scope="module")
+def on_arm():
+    """The same on an arm."""
+    return made_with(seed=6, shake=3.0)
 
 
 def test_a_hand_is_shaken_as_its_conditions_say(made):
@@ -65,8 +87,7 @@ def test_a_hand_is_shaken_as_its_conditions_say(made):
     shaking = made.commands.palm_pos - still.palm_pos
     assert np.linalg.norm(shaking[20:], axis=1).max() > 0.005
     wrist = Wrist(made.scene.hand.model)
-    ctrl = made.run.ctrl[:, made.scene.hand.ctrl_index]
-    pos, _ = wrist.forearm(made.commands.palm_pos, made.commands.palm_quat, ctrl)
+    pos, _ = wrist.forearm(made.commands.palm_pos, made.commands.palm_quat, told(made))
     np.testing.assert_allclose(made.run.mocap_pos, pos, atol=1e-12)
     free = int(made.scene.hand.model.joint("forearm").qposadr[0])
     way = made.run.qpos[40:, free : free + 2] - made.run.qpos[39, free : free + 2]
@@ -74,14 +95,68 @@ def test_a_hand_is_shaken_as_its_conditions_say(made):
     assert np.abs(way - asked).max() < 0.3 * np.abs(asked).max()
 
 
-def test_commands_are_targets_with_the_squeeze_added(made):
+def told(made) -> np.ndarray:
+    """Where the driver wants the hand, (61, 22): after the reach it goes over to its end."""
+    asked = np.array([each[1] for each in made.driver.asked])
+    way = made.driver.destination - asked[-1]
+    return np.vstack([asked, asked[-1] + made.commands.closed[6:, None] * way])
+
+
+def test_commands_are_what_the_driver_wants_with_the_squeeze_added(made):
+    """Fingers that have met nothing seek on once the hand has closed, at reading 10."""
+    assert made.commands.closed[10] == 1.0
+    sought = 0.04 * np.clip(np.arange(61) - 9, 0, 50)[:, None]
+    wanted = told(made) + (made.commands.closed[:, None] + sought) * made.commands.closing
     ctrl = made.run.ctrl[:, made.scene.hand.ctrl_index]
-    for tick in range(6):
-        targets = made.driver.asked[tick][1]
-        np.testing.assert_array_equal(ctrl[tick], made.commands.commanded(targets, tick))
-    last = made.driver.asked[-1][1]
-    np.testing.assert_array_equal(ctrl[6:], made.commands.commanded(last, slice(6, None)))
-    assert (made.commands.added[-1] > 0).sum() == 11
+    np.testing.assert_allclose(ctrl, np.clip(wanted, LOWER, UPPER), rtol=0, atol=1e-12)
+    assert (made.commands.closing > 0).sum() == 11
+
+
+def test_an_arm_is_commanded_to_bring_the_palm_where_it_is_to_be(on_arm):
+    arm = on_arm.scene.arm
+    reach = on_arm.commands.reached(arm, on_arm.plan.q_goal).reach
+    ctrl, run = on_arm.run.ctrl, on_arm.run
+    expected = leading_targets(reach.arm, 0.01, arm.geometry)
+    np.testing.assert_allclose(ctrl[:, on_arm.scene.arm_ctrl], expected, atol=1e-12)
+    of_hand = ctrl[:, on_arm.scene.hand.ctrl_index]
+    np.testing.assert_allclose(of_hand[:, WRIST_COLUMNS], reach.wrist, atol=1e-12)
+    np.testing.assert_array_equal(run.mocap_pos, on_arm.commands.palm_pos)
+    np.testing.assert_array_equal(run.mocap_quat, on_arm.commands.palm_quat)
+
+
+def test_an_arm_begins_where_it_is_to_be_at_rest(on_arm):
+    reach = on_arm.commands.reached(on_arm.scene.arm, on_arm.plan.q_goal).reach
+    np.testing.assert_array_equal(on_arm.run.qpos[0, on_arm.scene.arm_qpos], reach.arm[0])
+    of_hand = on_arm.run.qpos[0, on_arm.scene.hand.qpos_index]
+    np.testing.assert_array_equal(of_hand[WRIST_COLUMNS], reach.wrist[0])
+    fingers = np.delete(of_hand, WRIST_COLUMNS)
+    np.testing.assert_array_equal(fingers, np.delete(on_arm.plan.q_start, WRIST_COLUMNS))
+    assert not on_arm.run.qvel[0].any()
+
+
+def test_what_the_arm_does_with_the_wrist_is_not_told_to_the_driver(on_arm):
+    """It reads its own wrist again, so that it answers nothing."""
+    readings = np.array([each[1] for each in on_arm.driver.asked])
+    np.testing.assert_array_equal(readings[1:, WRIST_COLUMNS], readings[:-1, WRIST_COLUMNS])
+    rest = np.delete(np.arange(22), WRIST_COLUMNS)
+    np.testing.assert_array_equal(readings[:, rest], on_arm.run.reading[:6, rest])
+
+
+@pytest.mark.parametrize("late", [0.02, 0.03])
+def test_a_late_glove_tells_what_was(late):
+    made, delay = made_with(seed=6, base="free", latency=late), round(100 * late)
+    for tick, (_, reading, *_) in enumerate(made.driver.asked):
+        np.testing.assert_array_equal(reading, made.run.reading[max(tick - delay, 0)])
+
+
+def test_where_a_reading_is_lost_the_one_before_is_taken():
+    made = made_with(seed=7, base="free", lost=0.5)
+    lost = made.commands.lost[:6]
+    assert lost[1:].any() and not lost[1:].all()
+    last = 0
+    for tick, (_, reading, *_) in enumerate(made.driver.asked):
+        last = last if lost[tick] else tick
+        np.testing.assert_array_equal(reading, made.run.reading[last])
 
 
 def test_jobs_have_the_commands_of_their_own_plan_timing_and_seed(made):
@@ -90,19 +165,22 @@ def test_jobs_have_the_commands_of_their_own_plan_timing_and_seed(made):
     others = [
         replace(job, plan=replace(made.plan, squeeze=0.5)),
         replace(job, schedule=replace(SCHEDULE, squeeze=0.1)),
-        replace(job, scene=replace(made.scene, conditions=Conditions(seed=7))),
+        replace(job, scene=replace(made.scene, conditions=Conditions(seed=7, base="free"))),
     ]
     for each, commands in zip([job, *others], commands_of([job, *others]), strict=True):
         expected = Commands.of(each.plan, TASK, each.schedule)
         expected = expected.disturbed(each.scene.conditions, DataGlove())
-        for name in ("times", "palm_pos", "added", "disturbance"):
+        for name in ("times", "palm_pos", "closing", "closed", "flexion", "disturbance"):
             np.testing.assert_array_equal(getattr(commands, name), getattr(expected, name))
 
 
-def test_the_driver_is_asked_at_every_reading_of_the_reach_and_once_after(made):
-    times = [time for time, _ in made.driver.asked]
-    np.testing.assert_allclose(times, np.arange(7) / 100)
-    for tick, (_, reading) in enumerate(made.driver.asked):
+def test_the_driver_is_asked_at_every_reading_of_the_reach(made):
+    """With the reference that it gave the last time, and where it is read at once."""
+    assert len(made.driver.asked) == 6
+    for tick, (time, reading, dt, reference) in enumerate(made.driver.asked):
+        assert time == pytest.approx(tick / 100)
+        assert dt == pytest.approx(0.01)
+        assert reference == tick
         np.testing.assert_array_equal(reading, made.run.reading[tick])
 
 
@@ -136,9 +214,8 @@ def lost(rise=0.0, palm=0.1, lift=0.1):
 
 def lifted(palm):
     """Commands of a palm that has risen at one reading."""
-    still = np.zeros((61, 3))
     lift = np.where(np.arange(61) == 50, palm, -np.inf)
-    return Commands(SCHEDULE, np.arange(61) / 100, still, still, still, 5, lift, still)
+    return replace(Commands.of(high_plan(), TASK, SCHEDULE), lift=lift)
 
 
 def ending(due, height, first, ends=(61, 61)):

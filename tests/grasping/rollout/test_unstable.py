@@ -23,9 +23,9 @@ AT = 0.31
 """When things go wrong [s]."""
 
 
-@pytest.fixture
-def scene():
-    return Scene.build(TASK, Conditions())
+@pytest.fixture(params=["arm", "free"])
+def scene(request):
+    return Scene.build(TASK, Conditions(base=request.param))
 
 
 @pytest.fixture(scope="module")
@@ -42,12 +42,19 @@ class Troubled:
     name: str = "troubled"
     reach: float = np.inf
 
-    def targets(self, time, readings):
+    @property
+    def destination(self):
+        return np.zeros(N_JOINTS)
+
+    def start(self, n):
+        return np.empty((n, 0))
+
+    def step(self, time, dt, reference, readings):
         if time < AT:
-            return np.zeros(N_JOINTS)
+            return np.zeros(N_JOINTS), reference
         if self.trouble is not None:
             self.trouble()
-        return self.targets_after
+        return self.targets_after, reference
 
     def coordinates(self, readings):
         return readings[:, :0]
@@ -103,6 +110,11 @@ def test_what_is_no_number_is_found_within_a_step(scene, plan, kind, tmp_path, m
         {"mass_scale": LIMITS["mass_scale"][1]},
         {"object_offset": (0.5, -0.5, 3.0)},
         {"shake": LIMITS["shake"][1]},
+        {"shake": LIMITS["shake"][1], "base": "free"},
+        {"bias": LIMITS["bias"][1]},
+        {"drift": LIMITS["drift"][1]},
+        {"latency": LIMITS["latency"][1]},
+        {"lost": LIMITS["lost"][1]},
     ],
 )
 def test_extremes_end_in_an_outcome(extreme, tmp_path, monkeypatch, capfd):
