@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from handsim.grasping.planning.grasper import Grasper
     from handsim.grasping.rollout.record import Rollout
     from handsim.tasks.task import Task
-    from handsim.types import HandSize
+    from handsim.types import Base, HandSize
 
 
 def grasp(
@@ -60,6 +60,14 @@ def grasp(
     hand_breadth: Annotated[float | None, typer.Option(help="Hand breadth in m.")] = None,
     side: Annotated[Literal["right", "left"], typer.Option(help="Side of the hand.")] = "right",
     friction: Annotated[float | None, typer.Option(help="Sliding friction of the hand.")] = None,
+    base: Annotated[
+        Literal["arm", "free"],
+        typer.Option(help="What carries the hand: a person's arm, or a base of unlimited force."),
+    ] = "arm",
+    hard: Annotated[
+        Literal["pose", "friction", "mass", "shake", "bias", "latency"] | None,
+        typer.Option(help="Perturb the trials in this alone, and hard."),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, max=MAX_JOBS, help="Processes at once.")] = 1,
     require_success: Annotated[
         bool, typer.Option("--require-success", help="Exit with 1 unless every task succeeds.")
@@ -76,12 +84,14 @@ def grasp(
     from handsim.grasping.judging.protocols import TaskVerdict, judge_runs, summarise
 
     tasks = _tasks(task, leave_out)
-    conditions = _conditions(hand_size(hand_length, hand_breadth, side), seed, friction)
+    conditions = _conditions(hand_size(hand_length, hand_breadth, side), base, seed, friction)
     grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
     if output is not None:
         output.mkdir(exist_ok=True)
     started = perf_counter()
-    judged = judge_runs(grasper, tasks, conditions, trials, protocol=protocol, n_jobs=jobs)
+    judged = judge_runs(
+        grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs
+    )
     runs = _kept(judged, output, len(tasks) * (1 + trials))
     results = [
         TaskVerdict(each, tuple(run for _, run in of_task))
@@ -117,12 +127,14 @@ def _tasks(name: str, left_out: str | None) -> "list[Task]":
     return tasks
 
 
-def _conditions(hand: "HandSize", seed: int, friction: float | None) -> "Conditions":
+def _conditions(hand: "HandSize", base: "Base", seed: int, friction: float | None) -> "Conditions":
     from handsim.grasping.conditions import Conditions
 
+    if base == "free":
+        note("the hand flies: a free base moves it with a force that no arm has")
     if friction is None:
-        return Conditions(seed=seed, hand=hand)
-    return Conditions(seed=seed, hand=hand, friction=friction)
+        return Conditions(seed=seed, hand=hand, base=base)
+    return Conditions(seed=seed, hand=hand, base=base, friction=friction)
 
 
 def _grasper(
@@ -176,8 +188,8 @@ def _left_out(name: str | None) -> dict[str, str]:
 def _show(results: "list[TaskVerdict]") -> None:
     if results[0].nominal.hard is None:
         say_table(
-            ("task", "nominal", "lift [m]", "slip [mm]", "tilt [deg]", "hold [s]", "epsilon",
-             "trials"),
+            ("task", "nominal", "lift [m]", "slip [mm]", "tilt [deg]", "hold [s]", "thumb [N]",
+             "need [N]", "table [N]", "trials"),
             [_lift_row(result) for result in results],
         )  # fmt: skip
     else:
@@ -201,7 +213,9 @@ def _lift_row(result: "TaskVerdict") -> tuple[str, ...]:
         f"{1000 * outcome.peak_slip_m:.1f}",
         f"{outcome.peak_tilt_deg:.1f}",
         f"{outcome.hold_s:.2f}",
-        f"{result.nominal.epsilon:.3f}",
+        f"{outcome.forces_n.get('thumb', 0.0):.1f}",
+        f"{outcome.need_n:.1f}",
+        f"{outcome.table_force_n:.0f}",
         _trials(result),
     )
 

@@ -1,7 +1,7 @@
 """What a run is made with, apart from controller and plan."""
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -124,6 +124,29 @@ class Perturbation:
     friction: tuple[float, float] = (0.5, 0.8)
     mass: float = 0.2
     shake: float = 2.0
+
+
+Hard = Literal["pose", "friction", "mass", "shake", "bias", "latency"]
+"""What can be made hard, one thing at a time (`made_hard`)."""
+HARD_POSE = Perturbation(position=0.010, yaw=float(np.deg2rad(10.0)))
+"""Object pose of trials that are hard in it; the rest of the trial is nominal."""
+HARD: dict[Hard, dict[str, float]] = {
+    "pose": {},
+    "friction": {"friction": 0.3},
+    "mass": {"mass_scale": 2.0},
+    "shake": {"shake": 5.0},
+    "bias": {"bias": float(np.deg2rad(3.0))},
+    "latency": {"latency": 0.050},
+}
+"""What else is changed in such trials."""
+
+
+def made_hard(conditions: Conditions, seed: int, name: Hard) -> Conditions:
+    """Return the conditions of a trial that is hard in one thing and nominal in all others."""
+    hard = replace(conditions, seed=seed, nominal=False, **HARD[name])
+    if name != "pose":
+        return hard
+    return replace(hard, object_offset=perturb(conditions, seed, HARD_POSE).object_offset)
 
 
 def perturb(conditions: Conditions, seed: int, ranges: Perturbation | None = None) -> Conditions:

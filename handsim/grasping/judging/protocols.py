@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from handsim.grasping.conditions import Conditions
+from handsim.grasping.conditions import Conditions, Hard
 from handsim.grasping.judging.quality import grasp_quality
 from handsim.grasping.judging.rates import wilson_interval
 from handsim.grasping.judging.six_axis import SixAxisOutcome, six_axis
@@ -62,6 +62,7 @@ class RunVerdict:
         said = {
             "seed": self.conditions.seed,
             "nominal": self.conditions.nominal,
+            "base": self.conditions.base,
             **asdict(self.outcome),
             "epsilon": self.epsilon,
             "certified": self.certified,
@@ -139,6 +140,7 @@ def judge_runs(
     n_trials: int = 0,
     *,
     protocol: Protocol = "lift",
+    hard: Hard | None = None,
     n_jobs: int = 1,
 ) -> Iterator[tuple[Task, RunVerdict, Rollout]]:
     """Grasp every task once as it is and ``n_trials`` times perturbed, in order.
@@ -153,13 +155,15 @@ def judge_runs(
         Perturbed runs of each task.
     protocol
         What decides success.
+    hard
+        What the perturbed runs are perturbed in, alone; by default in all that `perturb` varies.
     n_jobs
         Processes at once. Missing plans are made before the first run, so that only this process
         writes plans.
     """
     if n_jobs > 1 and isinstance(grasp, ControllerGrasper):
         grasp.prepare(tasks, conditions, n_jobs)
-    runs = [(task, each) for task in tasks for each in trial_conditions(conditions, n_trials)]
+    runs = [(task, each) for task in tasks for each in trial_conditions(conditions, n_trials, hard)]
     judged = in_order(processes(n_jobs), judge_run, [(grasp, *run, protocol) for run in runs])
     for (task, _), (run, rollout) in zip(runs, judged, strict=True):
         yield task, run, rollout

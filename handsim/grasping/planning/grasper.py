@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from handsim.errors import FileError, InputError
-from handsim.grasping.conditions import Conditions, perturb
+from handsim.grasping.conditions import Conditions, Hard, made_hard, perturb
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
 from handsim.grasping.planning.plan_store import PlanStore, StoredPlan
@@ -33,12 +33,17 @@ All are made at once, so that the same command gives the same result each time. 
 raised, plans that do not hold are searched again."""
 
 
-def trial_conditions(conditions: Conditions, n_trials: int) -> list[Conditions]:
+def trial_conditions(
+    conditions: Conditions, n_trials: int, hard: Hard | None = None
+) -> list[Conditions]:
     """Return the nominal conditions, then those of ``n_trials`` perturbed runs.
 
-    The perturbed runs have the seeds after that of the nominal one.
+    The perturbed runs have the seeds after that of the nominal one. Where something is made
+    ``hard``, they are perturbed in that alone.
     """
     seeds = range(conditions.seed + 1, conditions.seed + 1 + n_trials)
+    if hard is not None:
+        return [conditions, *(made_hard(conditions, seed, hard) for seed in seeds)]
     return [conditions, *(perturb(conditions, seed) for seed in seeds)]
 
 

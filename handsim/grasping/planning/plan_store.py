@@ -149,10 +149,10 @@ def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> 
     controller_digest
         `GraspController.digest`.
     conditions
-        Only size (to a micrometre) and side of the hand count.
+        Only size (to a micrometre) and side of the hand count, and what carries it.
     """
     size = conditions.hand
-    hand = f"{size.length:.6f} {size.breadth:.6f} {size.side}"
+    hand = f"{size.length:.6f} {size.breadth:.6f} {size.side} {conditions.base}"
     owner = hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
     return PlanStore(folder / f"{owner}.json", owner)
 

@@ -23,6 +23,7 @@ from handsim.grasping.planning.search import (
     cost_of,
     mean_cost,
     minimise,
+    out_of_reach,
     shortened,
     tried_conditions,
 )
@@ -77,8 +78,10 @@ STEPS = {
     "turn": np.deg2rad(7.0),
     "squeeze": 0.25,
     "arrive": 0.08,
+    "grip": 0.25,
 }
-"""Initial spreads of the search: components and turn [rad], shift [m], squeeze, arrival."""
+"""Initial spreads of the search: components and turn [rad], shift [m], squeeze, arrival, and the
+natural logarithm of the grip."""
 ARRIVAL_RANGE = (0.4, 0.95)
 
 
@@ -166,7 +169,7 @@ class _Search:
         self.scenes, self.unseen = scenes[: 1 + N_PERTURBED], scenes[1 + N_PERTURBED :]
         self.hand = HandModel.from_spec(build_hand(conditions.hand))
         self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
-        self.size = len(controller.subspace.components_) + 8
+        self.size = len(controller.subspace.components_) + 9
         low, high = controller.navigation.obstacle.lower, controller.navigation.obstacle.upper
         margin = EDGE * (high - low)
         inner = controller.navigation.inner
@@ -239,6 +242,7 @@ class _Search:
             **self._destination(z),
             squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
             arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
+            grip=plan.grip * float(np.exp(STEPS["grip"] * point[n + 8])),
         )
 
     def confirmed(self, plan: GraspPlan, cost: float) -> tuple[float, GraspPlan]:
@@ -263,4 +267,7 @@ class _Search:
             self.controller.check_goal(plan.goal_in(self.controller.subspace))
         except InputError:  # the controller refuses it
             return NO_WAY
+        far = out_of_reach(scene, plan)
+        if far is not None:
+            return far
         return cost_of(run_plan(self.controller, scene, plan, brief=True), self.task)

@@ -142,10 +142,8 @@ class GripLayer:
 
     def _settle(self, slip: Array | None, closed: float, dt: float, acting: bool) -> None:
         """Press more where there is too little force, less where there is too much."""
-        level, change = (
-            LIGHT + min(1.5 * closed, 1.0) * (self.grip - LIGHT),
-            dt / (SETTLING * _PER_RADIAN),
-        )
+        level = LIGHT + min(1.5 * closed, 1.0) * (self.grip - LIGHT)
+        change = dt / (SETTLING * _PER_RADIAN)
         tighter = np.ones(len(level))
         if slip is not None:
             tighter = np.minimum(np.maximum(1.0 + (slip - SLIP) / SLIP_DOUBLES, 1.0), MOST)

@@ -8,21 +8,24 @@ import mujoco
 import numpy as np
 from scipy.optimize import linprog
 
-from handsim.hand.mjcf import FRICTION
-from handsim.objects.object import GraspObject
-from handsim.physics import GRAVITY
 from handsim.types import Array
 
 LEAST = 1.0
 """A need is counted as at least this [N]: what people press the lightest things with."""
-_ROUND = 8  # directions of a friction cone
-_TWISTS = np.deg2rad([-90.0, -45.0, 0.0, 45.0, 90.0])  # from friction to torsion
+_ROUND, _TWISTS = 8, np.deg2rad([-45.0, 0.0, 45.0])
+"""Directions of friction, and angles from friction to torsion, of a cone's edges."""
 _MISSING = 1e3  # cost of load that contacts cannot carry, relative to that of their force
 
 
-def two_sided_need(grasp_object: GraspObject, friction: float = FRICTION[0]) -> float:
-    """Return the need of a grip of two sides about the centre of mass: m g / (2 friction) [N]."""
-    return max(LEAST, grasp_object.mass * GRAVITY / (2.0 * friction))
+def _cone() -> Array:
+    """Return the edges of a cone of unit friction and torsion, (n, 3): along, across, about."""
+    round_, twist = np.meshgrid(2 * np.pi * np.arange(_ROUND) / _ROUND, _TWISTS)
+    flat = np.cos(twist)
+    edges = np.stack([flat * np.cos(round_), flat * np.sin(round_), np.sin(twist)], axis=-1)
+    return np.vstack([edges.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])
+
+
+_CONE = _cone()
 
 
 class Contacts(NamedTuple):
@@ -93,16 +96,18 @@ def least_grip(contacts: Contacts, centre: Array, force: Array) -> float:
 
 def _edges(contacts: Contacts, centre: Array) -> Array:
     """Return wrenches (6, n) [N], [N m] of unit normal forces along the edges of all cones."""
-    columns: list[Array] = []
-    for point, normal, friction, torsion in zip(*contacts, strict=True):
-        first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-        first /= np.linalg.norm(first)
-        second = np.cross(normal, first)
-        for twist in _TWISTS:
-            along, about = friction * np.cos(twist), torsion * np.sin(twist)
-            angles = 2 * np.pi * np.arange(_ROUND) / _ROUND if along > 1e-9 else [0.0]
-            for angle in angles:
-                force = normal + along * (np.cos(angle) * first + np.sin(angle) * second)
-                torque = np.cross(point - centre, force) + about * normal
-                columns.append(np.concatenate([force, torque]))
-    return np.column_stack(columns)
+    normals = contacts.normals
+    helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    first = np.cross(normals, helper)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(normals, first)
+    along, about = (
+        _CONE[:, :2] * contacts.friction[:, None, None],
+        _CONE[:, 2] * (contacts.torsion[:, None]),
+    )
+    force = normals[:, None] + along[..., :1] * first[:, None] + along[..., 1:] * second[:, None]
+    lever = (contacts.points - centre)[:, None]
+    torque = (
+        np.cross(np.broadcast_to(lever, force.shape), force) + about[..., None] * normals[:, None]
+    )
+    return np.concatenate([force, torque], axis=-1).reshape(-1, 6).T
