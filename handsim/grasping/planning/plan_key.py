@@ -2,6 +2,7 @@
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
@@ -218,5 +219,6 @@ def _rows(
 
 def _kinds(columns: Iterable[Rows]) -> Rows:
     """Return the different rows, each once, regardless of how many objects share one."""
-    table = np.column_stack([np.reshape(column, (len(column), -1)) for column in columns])
+    flat = [column.reshape(len(column), math.prod(column.shape[1:])) for column in columns]
+    table = np.column_stack(flat)
     return np.unique(rounded(table), axis=0)
