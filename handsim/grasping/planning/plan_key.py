@@ -25,7 +25,6 @@ from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import Collider, GraspObject, Piece
 from handsim.tasks.rules import LIMITS
 from handsim.tasks.task import Task
-from handsim.types import HandSize
 
 Rows = npt.NDArray[Any]
 
@@ -102,17 +101,18 @@ def key_for(task: Task, conditions: Conditions, scene: Scene | None = None) -> P
         Of the task under these conditions, if it is built already. Where nothing in it is
         perturbed, it need not be compiled again.
     """
-    # Seed and shake do not change the scene.
-    of_scene = replace(conditions, seed=0, nominal=True, shake=0.0)
+    # Neither seed and shake nor the glove change the scene.
+    glove = {"bias": 0.0, "drift": 0.0, "latency": 0.0, "lost": 0.0}
+    of_scene = replace(conditions, seed=0, nominal=True, shake=0.0, **glove)
     if scene is not None and of_scene == planned_for(conditions):
         return key_of(scene)
-    return _usual_key(task, task.object, conditions.hand)
+    return _usual_key(task, task.object, planned_for(conditions))
 
 
 @lru_cache(maxsize=256)
-def _usual_key(task: Task, grasp_object: GraspObject, hand: HandSize) -> PlanKey:
-    """Build the nominal scene of a hand and return its key."""
-    return key_of(Scene.build(task, Conditions(hand=hand)))
+def _usual_key(task: Task, grasp_object: GraspObject, conditions: Conditions) -> PlanKey:
+    """Build the scene that is planned for and return its key."""
+    return key_of(Scene.build(task, conditions))
 
 
 def key_of(scene: Scene) -> PlanKey:

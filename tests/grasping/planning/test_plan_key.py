@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from handsim import physics
+from handsim.arm import _arm_parts, arm_strength
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions, perturb
 from handsim.grasping.planning import plan_key
@@ -23,6 +24,7 @@ from handsim.tasks.table_one import TASKS, task_by_name
 from handsim.types import HandSize
 
 TASK = task_by_name("cube-raise")
+FREE = Conditions(base="free")
 PHYSICS, HAND = ("physics",), ("hand",)
 
 
@@ -33,6 +35,11 @@ def key(task=TASK, conditions=Conditions()):  # noqa: B008
 @pytest.fixture(scope="module")
 def usual() -> PlanKey:
     return key()
+
+
+@pytest.fixture(scope="module")
+def free() -> PlanKey:
+    return key(conditions=FREE)
 
 
 def other_object(**changes):
@@ -116,7 +123,6 @@ def test_another_hand_is_told(usual, conditions):
         (physics, "TIMESTEP", 0.0021, PHYSICS),
         (hand_model, "FRICTION", (0.8, 0.006, 1e-4), PHYSICS),
         (hand_model, "CONTACT_SOLREF", (0.0061, 1.0), PHYSICS),
-        (hand_model, "WELD_SOLREF", (0.0201, 1.0), PHYSICS),
         (hand_model, "JOINT_DAMPING", 0.0123, HAND),
         (hand_model, "DENSITY", 1101.0, (*HAND, *PHYSICS)),  # actuators are damped by inertia
         (hand_objects, "TABLE_FRICTION", (0.51, 0.005, 1e-4), PHYSICS),
@@ -125,14 +131,30 @@ def test_another_hand_is_told(usual, conditions):
         (plan_key, "RATE", 101.0, PHYSICS),
         (plan_key, "DataGlove", lambda: DataGlove(noise=0.005), PHYSICS),
         (plan_key, "SQUEEZE_DEG", {"thumb_mcp": 11}, PHYSICS),
-        (plan_key, "MAX_PENETRATION", 0.011, ("task",)),
-        (plan_key, "TRACE_HEIGHT", 0.0031, ("task",)),
+        (plan_key, "GRIP", (*plan_key.GRIP[:-1], 2.9), PHYSICS),
+        (plan_key, "LIMITS", (*plan_key.LIMITS[:-1], 0.016), ("task",)),
+        (arm_strength, "SATURATION", 0.61, PHYSICS),
+        (_arm_parts, "ARMATURE", {"shoulder": 0.03, "elbow": 0.01, "forearm": 0.003}, (*HAND, *PHYSICS)),
     ],
 )
 def test_another_physics_is_told(usual, monkeypatch, module, name, value, parts):
     assert getattr(module, name) != value
     monkeypatch.setattr(module, name, value)
     assert usual.differs_in(key()) == parts
+
+
+def test_what_carries_the_hand_is_told(usual, free, monkeypatch):
+    assert usual.differs_in(free) == (*HAND, *PHYSICS)
+    monkeypatch.setattr(hand_model, "WELD_SOLREF", (0.0201, 1.0))
+    assert free.differs_in(key(conditions=FREE)) == PHYSICS
+    assert key() == usual  # an arm is welded to nothing
+
+
+def test_limits_are_those_that_rules_share():
+    assert set(plan_key.LIMITS) == {
+        *(0.010, 10.0, 0.002, 60.0, 4.0, 0.2, -0.5, 0.95, 0.1),  # of every grasp
+        *(0.003, 20.0, 0.015),  # of lines and ways
+    }
 
 
 @pytest.mark.parametrize(
@@ -146,8 +168,9 @@ def test_another_physics_is_told(usual, monkeypatch, module, name, value, parts)
         ("geom_size", "hand"), ("body_mass", "hand"), ("body_inertia", "object"),
     ],
 )  # fmt: skip
-def test_whatever_changes_in_the_compiled_scene_is_told(usual, array, part):
-    scene = Scene.build(TASK, Conditions())
+def test_whatever_changes_in_the_compiled_scene_is_told(usual, free, array, part):
+    welded = array == "eq_solref"
+    scene = Scene.build(TASK, FREE if welded else Conditions())
     owner, _, name = f"model.{array}".rpartition(".")
     place = scene.hand.model.opt if "opt" in owner else scene.hand.model
     old = getattr(place, name)
@@ -159,7 +182,7 @@ def test_whatever_changes_in_the_compiled_scene_is_told(usual, array, part):
         place.disableflags |= 1 << 7  # gravity
     else:
         setattr(place, name, old + 1)
-    assert part in usual.differs_in(key_of(scene))
+    assert part in (free if welded else usual).differs_in(key_of(scene))
 
 
 def test_the_last_bits_of_a_compiled_scene_do_not_count(usual):
@@ -185,9 +208,9 @@ def test_what_runs_switch_off_and_on_does_not_count(usual):
     assert key_of(scene) == usual
 
 
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_a_perturbed_run_goes_by_the_plan_of_the_usual_one(side, monkeypatch):
-    conditions = Conditions(hand=HandSize(side=side))
+@pytest.mark.parametrize(("side", "base"), [("right", "arm"), ("left", "arm"), ("right", "free")])
+def test_a_perturbed_run_goes_by_the_plan_of_the_usual_one(side, base, monkeypatch):
+    conditions = Conditions(hand=HandSize(side=side), base=base)
     perturbed = perturb(conditions, 5)
     scene = Scene.build(TASK, perturbed)
     expected = key(TASK, conditions)
@@ -201,6 +224,8 @@ def test_a_perturbed_run_goes_by_the_plan_of_the_usual_one(side, monkeypatch):
     plan_key._usual_key.cache_clear()
     usual = Scene.build(TASK, replace(conditions, seed=9))
     assert key_for(TASK, replace(conditions, seed=9), usual) == expected
+    off = replace(conditions, bias=0.05, drift=0.01, latency=0.05, lost=0.1)
+    assert key_for(TASK, off, usual) == expected
 
 
 def test_an_object_that_changes_under_its_name_is_not_the_one_looked_up_before(monkeypatch):
