@@ -32,6 +32,7 @@ def plan() -> GraspPlan:
         q_start=generator.normal(size=N_JOINTS),
         q_goal=generator.normal(size=N_JOINTS),
         squeeze=float(generator.uniform(0, 2)),
+        grip=float(generator.uniform(1, 20)),
         arrive=float(generator.uniform(0, 1)),
         z_goal=generator.normal(size=3),
     )
@@ -39,7 +40,7 @@ def plan() -> GraspPlan:
 
 def bits(plan: GraspPlan) -> bytes:
     numbers = (plan.palm.pos, plan.palm.quat, plan.retreat, plan.q_start, plan.q_goal,
-               [plan.squeeze, plan.arrive], [] if plan.z_goal is None else plan.z_goal)  # fmt: skip
+               [plan.squeeze, plan.grip, plan.arrive], [] if plan.z_goal is None else plan.z_goal)  # fmt: skip
     return np.concatenate(numbers).tobytes()
 
 
@@ -71,8 +72,9 @@ def test_hands_and_controllers_have_files_of_their_own(tmp_path):
         plan_store(tmp_path, "a", Conditions(hand=HandSize(0.18))),
         plan_store(tmp_path, "a", Conditions(hand=HandSize(breadth=0.09))),
         plan_store(tmp_path, "a", Conditions(hand=HandSize(side="left"))),
+        plan_store(tmp_path, "a", Conditions(base="free")),
     ]
-    assert len({store.path for store in stores}) == 5
+    assert len({store.path for store in stores}) == 6
     assert plan_store(tmp_path, "a", Conditions(seed=5, friction=0.5)) == stores[0]
     noise = Conditions(hand=HandSize(MEDIAN_HAND.length * (1 + 1e-15)))
     assert plan_store(tmp_path, "a", noise) == stores[0]
@@ -110,7 +112,10 @@ def setting(name, value):
         (setting("q_start_rad", [0.0] * 21), "22 numbers"),
         (setting("palm_pos_m", [1e4, 0.0, 0.0]), "below 1000"),
         (setting("palm_quat_wxyz", [0.0, 0.0, 0.0, 0.0]), "quaternion"),
-        (setting("squeeze", float("inf")), "2 numbers"),
+        (setting("squeeze", float("inf")), "3 numbers"),
+        (setting("grip_n", float("nan")), "3 numbers"),
+        (setting("grip_n", 0.0), "grip 0 N"),
+        (setting("grip_n", "strong"), "not a file of plans"),
         (setting("squeeze", -0.1), "squeeze -0.1"),
         (setting("arrive", 0.0), "arrival 0"),
         (setting("arrive", 1.1), "arrival 1.1"),
@@ -172,6 +177,19 @@ def test_plans_of_schema_1_are_read_without_keys_and_written_as_schema_2(tmp_pat
     assert bits(after["cube-raise"].plan) == bits(before.plan)
     assert (after["cube-raise"].key, after["jar-move"].key) == (None, KEY)
     assert json.loads(store.path.read_text())["schema"] == 2
+
+
+def test_plans_that_say_no_grip_or_arrival_have_the_usual_ones(tmp_path, plan):
+    """As those that were made before fingers held with a force."""
+    store = plan_store(tmp_path, "a", Conditions())
+    store.add("cube-raise", StoredPlan(plan, True, KEY))
+    content = json.loads(store.path.read_text())
+    assert content["plans"]["cube-raise"]["grip_n"] == plan.grip
+    del content["plans"]["cube-raise"]["grip_n"], content["plans"]["cube-raise"]["arrive"]
+    store.path.write_text(json.dumps(content))
+    read = store.read()["cube-raise"]
+    assert (read.grip, read.arrive) == (3.0, 0.85)
+    assert bits(replace(read, grip=plan.grip, arrive=plan.arrive)) == bits(plan)
 
 
 def test_shipped_plans_lead_where_their_controller_can_go():

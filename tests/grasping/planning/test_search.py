@@ -5,15 +5,21 @@ import numpy as np
 import pytest
 
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.search import (
+    BROKEN,
     WORST,
     cost_of,
     mean_cost,
     minimise,
+    out_of_reach,
     shortened,
     tried_conditions,
 )
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Phase
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import task_by_name
 from handsim.tasks.task import Task
@@ -63,7 +69,7 @@ def test_a_search_shortens_the_hold_and_nothing_else():
     quick = shortened(task)
     assert quick.rule.hold == 1.0
     assert quick.rule.slip == task.rule.slip
-    assert shortened(task_by_name("mouse-slide")).rule.hold == 0.0
+    assert shortened(task_by_name("mouse-slide")).rule.hold == 1.0
     assert shortened(replace(task, rule=replace(task.rule, hold=0.5))).rule.hold == 0.5
 
 
@@ -71,8 +77,8 @@ MOVE, SLIDE, CLICK = (
     task_by_name(name) for name in ("jar-move", "mouse-slide", "mouse-left-click")
 )
 LIMITS = (MOVE.rule.lift, MOVE.rule.hold, MOVE.rule.slip, MOVE.rule.tilt_deg)
-HELD = Outcome(True, None, 0.12, 0.005, 3.0, 3.1, 4, 0.0005, done=1.0)
-LOST = Outcome(False, "slipped", 0.0, 0.0, 0.0, 0.0, 0, 0.0, done=0.0)
+HELD = Outcome(True, None, 0.12, 0.005, 3.0, 3.1, 4, 0.0, opposed=1.0, done=1.0)
+LOST = Outcome(False, "slipped", 0.0, 0.0, 0.0, 0.0, 0, 0.0, opposed=1.0, done=0.0)
 
 
 def cost(task: Task = MOVE, start: Outcome = LOST, touch=(), **values) -> float:
@@ -101,6 +107,56 @@ def test_a_success_is_worth_what_is_left_of_the_narrower_limit():
 def test_a_failure_of_everything_costs_the_most():
     assert cost() == pytest.approx(1 + 1 + 0.5 + 1 + 0.5)
     assert cost(peak_slip_m=1.0, peak_tilt_deg=300.0) == pytest.approx(WORST) == 5.0
+    assert cost(opposed=0.0) == pytest.approx(cost() + BROKEN)
+
+
+WHOLE = {
+    "penetration_m": 0.002, "pushed_m": 0.010, "pushed_deg": 10.0, "table_force_n": 15.0,
+    "margin": 4.0, "strain": 2.0,
+}  # fmt: skip
+"""What every grasp may use up of its limits; twice a natural strain is what a search may."""
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_a_success_is_worth_what_is_left_of_any_limit(name):
+    assert cost(start=HELD, **{name: 0.7 * WHOLE[name]}) == pytest.approx(-0.3)
+    assert cost(start=HELD, **{name: 0.2 * WHOLE[name]}) == pytest.approx(-0.75)  # slip's
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_a_failure_costs_more_the_more_it_breaks_rules(name):
+    assert cost(**{name: WHOLE[name]}) == pytest.approx(cost())
+    assert cost(**{name: 2 * WHOLE[name]}) == pytest.approx(cost() + BROKEN)
+    assert cost(**{name: 5 * WHOLE[name]}) == pytest.approx(cost() + 4 * BROKEN)
+    assert cost(**{name: 99 * WHOLE[name]}) == pytest.approx(cost() + 4 * BROKEN)
+
+
+def test_what_breaks_several_rules_costs_for_each():
+    values = {name: 2 * most for name, most in WHOLE.items()}
+    assert cost(**values) == pytest.approx(cost() + 6 * BROKEN)
+
+
+def test_margins_of_what_is_not_lifted_and_hands_that_rest_cost_nothing():
+    assert cost(CLICK, margin=40.0) == pytest.approx(cost(CLICK))
+    assert cost(CLICK, table_force_n=30.0) == pytest.approx(cost(CLICK))
+    assert cost(CLICK, start=HELD, peak_slip_m=0.0, table_force_n=15.0) == pytest.approx(-0.5)
+
+
+@pytest.mark.parametrize(("opposed", "more"), [(0.95, 0.0), (1.0, 0.0), (0.475, 0.5), (0.0, 1.0)])
+def test_a_failure_costs_more_the_less_it_is_opposed(opposed, more):
+    assert cost(opposed=opposed) == pytest.approx(cost() + BROKEN * more)
+
+
+def test_what_no_arm_can_follow_is_not_tried():
+    scene = Scene.build(task_by_name("cube-raise"), Conditions())
+    plan, _ = scripted_plan(scene.task, HandModel.from_spec(build_hand()))
+    assert out_of_reach(scene, plan) is None
+    far = [replace(plan, palm=plan.palm.moved(np.array([0, 0, z]))) for z in (0.8, 1.2, 5.0)]
+    costs = [out_of_reach(scene, each) for each in far]
+    assert None not in costs
+    assert WORST < costs[0] < costs[1] < costs[2] == WORST + 5.0
+    free = Scene.build(scene.task, Conditions(base="free"))
+    assert out_of_reach(free, far[0]) is None
 
 
 @pytest.mark.parametrize(
@@ -130,10 +186,13 @@ def test_the_best_failure_costs_more_than_any_success():
 
 
 def test_nothing_is_saved_by_what_a_rule_does_not_ask_for():
-    """Sliding asks for no hold and no lift: neither is there to be come near to."""
+    """Sliding and clicking ask for no lift: there is none to be come near to."""
     for task in (SLIDE, CLICK):
         assert cost(task) == pytest.approx(4.0)
-        assert cost(task, hold_s=3.0, lift_m=0.2) == pytest.approx(4.0)
+        assert cost(task, lift_m=0.2) == pytest.approx(4.0)
+        assert cost(task, hold_s=0.5) == pytest.approx(3.5)
+        brief = replace(task, rule=replace(task.rule, hold=0.0))
+        assert cost(brief, hold_s=3.0) == pytest.approx(4.0)
 
 
 def test_grip_counts_after_the_squeeze_began():
