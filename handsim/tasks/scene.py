@@ -13,7 +13,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handsim.arm.arm_geometry import ArmGeometry, Seat
+from handsim.arm.arm_joints import N_ARM
 from handsim.arm.mjcf import attach_arm
+from handsim.arm.reaching_arm import ReachingArm
 from handsim.errors import InputError
 from handsim.hand.mjcf import FRICTION, attach_hand
 from handsim.objects.grasp import Grasp
@@ -104,6 +106,8 @@ def build_scene(
     if hand is not None:
         if base == "arm":
             attach_arm(spec, hand)
+            _, hanging = ReachingArm(hand).palm(np.zeros(N_ARM), np.zeros(2))
+            quat = Rotation.from_matrix(hanging).as_quat(scalar_first=True)
         else:
             attach_hand(spec, hand, pos, quat)
         _add_palm_camera(spec, quat)
@@ -216,7 +220,10 @@ def _add_surroundings(spec: mujoco.MjSpec, hand: HandSize) -> None:
 
 
 def _add_palm_camera(spec: mujoco.MjSpec, hand_quat: Array) -> None:
-    """Add the camera that moves with the palm, without turning, and looks at it from the left."""
+    """Add the camera that moves with the palm, without turning, and looks at it from the left.
+
+    ``hand_quat`` is the hand's orientation in the world where all joints are at 0.
+    """
     place, target = np.array([0.24, 0.40, 0.22]), np.array([0.05, 0.02, 0.0])
     hand = Rotation.from_quat(hand_quat, scalar_first=True)
     look = Rotation.from_quat(_look(place, target), scalar_first=True)
