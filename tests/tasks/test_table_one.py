@@ -3,11 +3,13 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from handsim.errors import UnknownNameError
 from handsim.objects.mjcf import OBJECTS
 from handsim.tasks.scene import build_scene, hand_axes
 from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASK_NAMES, TASKS, Task, task_by_name
+from handsim.tasks.task import Pressed
 
 NAMES = (
     "tall-glass-drink tall-glass-side-move tall-glass-top-move tall-glass-side-rotate mouse-slide "
@@ -19,6 +21,8 @@ NAMES = (
 
 ALL = (*TASKS, PHONE_TODAY_VIEW)
 every_task = pytest.mark.parametrize("task", ALL, ids=[task.name for task in ALL])
+PLACED = [task for task in ALL if task.yaw_deg % 30.0]
+"""Tasks whose objects lie turned as a person's arm would have them."""
 COLLISION = np.array([0, 0, 0, 1, 0, 0], np.uint8)
 
 
@@ -113,15 +117,57 @@ def test_rules_speak_of_what_the_object_has_and_the_action_can_do(task: Task) ->
 def test_the_written_line_touches_the_paper() -> None:
     """Lifted, tilted and lowered, the pen's tip comes to within 1.5 mm above the table."""
     task = task_by_name("pen-write")
-    tip = np.array([0.0, 0.070 - task.grasp.point[0], 0.0])  # in the world: the front is to +y
+    turn = Rotation.from_euler("z", task.yaw_deg, degrees=True)
+    tip = turn.apply([0.070 - task.grasp.point[0], 0.0, 0.0])
     height = task.grasp.point[2]
     for step in task.steps:
         height += step.shift[2]
-        angle = np.deg2rad(step.angle_deg)
-        if angle:
-            assert step.axis == (1.0, 0.0, 0.0)
-            tip = np.array([0.0, tip[1] * np.cos(angle), tip[1] * np.sin(angle)])
+        tip = Rotation.from_rotvec(np.deg2rad(step.angle_deg) * np.array(step.axis)).apply(tip)
     assert 0.0 <= height + tip[2] < 1.5e-3
+
+
+def test_what_is_written_is_drawn_away_from_where_the_pen_points_back() -> None:
+    """A pen is drawn, not pushed: its line goes where its tip points."""
+    task = task_by_name("pen-write")
+    front = Rotation.from_euler("z", task.yaw_deg, degrees=True).apply([1.0, 0.0, 0.0])
+    line = max((np.array(step.shift) * [1, 1, 0] for step in task.steps), key=np.linalg.norm)
+    assert abs(np.degrees(np.arccos(front @ line / np.linalg.norm(line)))) < 1.0
+
+
+@every_task
+def test_whatever_is_placed_otherwise_is_worked_otherwise_as_well(task: Task) -> None:
+    """Seen from the object, axes and ways are along or across it, to a degree, or vertical."""
+    back = Rotation.from_euler("z", -task.yaw_deg, degrees=True)
+    for step in task.steps:
+        axis = back.apply(step.axis)
+        if step.angle_deg and not step.flex and abs(axis[2]) < 0.5 and task in PLACED:
+            assert np.abs(axis).max() == pytest.approx(1.0, abs=2e-4)
+
+
+@every_task
+def test_everything_is_held_for_a_second_at_least_so_that_it_is_shaken(task: Task) -> None:
+    assert task.rule.hold >= 1.0
+    assert task.rule.lifted == (task.rule.kind in ("carry", "turn", "trace"))
+
+
+def test_what_is_pressed_is_pressed_by_the_finger_that_is_named() -> None:
+    pressed = {task.name: task.rule.pressed for task in ALL if task.rule.pressed}
+    assert pressed == {
+        "mouse-left-click": (Pressed(("index",), "left_button"),),
+        "mouse-right-click": (Pressed(("middle",), "right_button"),),
+        "scissors-use": (Pressed(("thumb",), "blade"), Pressed(("index", "middle"), "object")),
+    }
+    bodies = {link.hinge.name for task in ALL for link in OBJECTS[task.object_name].links}
+    for task in ALL:
+        assert {each.body for each in task.rule.pressed} <= {*bodies, "object"}
+
+
+def test_a_left_hand_presses_with_the_finger_that_lies_on_the_button() -> None:
+    """Buttons are not mirrored; the blade of the scissors is the thumb's in either hand."""
+    left = {task.name: task.for_side("left").rule.pressed for task in ALL}
+    assert left["mouse-left-click"] == (Pressed(("middle",), "left_button"),)
+    assert left["mouse-right-click"] == (Pressed(("index",), "right_button"),)
+    assert left["scissors-use"] == task_by_name("scissors-use").rule.pressed
 
 
 @every_task

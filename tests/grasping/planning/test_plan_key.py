@@ -134,7 +134,12 @@ def test_another_hand_is_told(usual, conditions):
         (plan_key, "GRIP", (*plan_key.GRIP[:-1], 2.9), PHYSICS),
         (plan_key, "LIMITS", (*plan_key.LIMITS[:-1], 0.016), ("task",)),
         (arm_strength, "SATURATION", 0.61, PHYSICS),
-        (_arm_parts, "ARMATURE", {"shoulder": 0.03, "elbow": 0.01, "forearm": 0.003}, (*HAND, *PHYSICS)),
+        (
+            _arm_parts,
+            "ARMATURE",
+            {"shoulder": 0.03, "elbow": 0.01, "forearm": 0.003},
+            (*HAND, *PHYSICS),
+        ),
     ],
 )
 def test_another_physics_is_told(usual, monkeypatch, module, name, value, parts):

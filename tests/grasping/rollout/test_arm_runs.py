@@ -44,8 +44,7 @@ def misses(run: Rollout) -> tuple[np.ndarray, np.ndarray]:
         data.qpos[:] = qpos
         mujoco.mj_kinematics(model, data)
         palm, asked = (
-            Rotation.from_quat(each, scalar_first=True)
-            for each in (data.body("palm").xquat, quat)
+            Rotation.from_quat(each, scalar_first=True) for each in (data.body("palm").xquat, quat)
         )
         turn = (palm * asked.inv()).magnitude()
         miss.append((np.linalg.norm(data.body("palm").xpos - pos), turn))
