@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from handsim.errors import InputError
-from handsim.grasping.conditions import LIMITS, MAX_OFFSET, Conditions, Perturbation, perturb
+from handsim.grasping.conditions import (
+    LIMITS,
+    MAX_OFFSET,
+    Conditions,
+    Perturbation,
+    made_hard,
+    perturb,
+)
 from handsim.types import HandSize
 
 
@@ -14,7 +21,8 @@ def test_a_run_is_nominal_by_default():
     """A median right hand, rubber-like skin (0.8), the object as it is and where it should be."""
     assert Conditions() == Conditions(
         seed=0, nominal=True, hand=HandSize(0.1933, 0.0883, "right"), friction=0.8,
-        mass_scale=1.0, object_offset=(0.0, 0.0, 0.0), shake=0.0,
+        base="arm", mass_scale=1.0, object_offset=(0.0, 0.0, 0.0), shake=0.0,
+        bias=0.0, drift=0.0, latency=0.0, lost=0.0,
     )  # fmt: skip
 
 
@@ -25,6 +33,10 @@ def test_a_run_is_nominal_by_default():
         ("friction", 0.05, 3.0),
         ("mass_scale", 1e-3, 1e3),
         ("shake", 0.0, 100.0),
+        ("bias", 0.0, np.pi),
+        ("drift", 0.0, np.pi),
+        ("latency", 0.0, 1.0),
+        ("lost", 0.0, 0.99),
     ],
 )
 def test_what_is_simulated_ends_at_its_limits(name, low, high):
@@ -55,6 +67,62 @@ def test_offsets_end_at_half_a_turn_and_a_little_to_both_sides(place):
                 Conditions(object_offset=tuple(offset))
 
 
+def test_all_that_has_limits_is_tried():
+    assert set(LIMITS) == {
+        *("seed", "friction", "mass_scale", "shake"),
+        *("bias", "drift", "latency", "lost"),
+    }
+
+
+@pytest.mark.parametrize("base", ["Arm", "", "robot", None])
+def test_hands_are_carried_by_an_arm_or_freely(base):
+    assert Conditions(base="free").base == "free"
+    with pytest.raises(InputError, match=r"base .* is unknown; give 'arm' or 'free'"):
+        Conditions(base=base)
+
+
+def test_conditions_stand_in_files_by_name():
+    given = Conditions(
+        seed=3, nominal=False, hand=HandSize(0.18, 0.08, "left"), base="free", friction=0.5,
+        mass_scale=1.1, object_offset=(0.1, 0.2, 0.3), shake=2.0, bias=0.05, drift=0.01,
+        latency=0.02, lost=0.1,
+    )  # fmt: skip
+    assert given.as_dict() == {
+        "seed": 3, "nominal": False, "hand_length": 0.18, "hand_breadth": 0.08, "side": "left",
+        "base": "free", "friction": 0.5, "mass_scale": 1.1, "object_offset": (0.1, 0.2, 0.3),
+        "shake": 2.0, "bias": 0.05, "drift": 0.01, "latency": 0.02, "lost": 0.1,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        ("friction", {"friction": 0.3}),
+        ("mass", {"mass_scale": 2.0}),
+        ("shake", {"shake": 5.0}),
+        ("bias", {"bias": np.deg2rad(3.0)}),
+        ("latency", {"latency": 0.05}),
+    ],
+)
+def test_a_hard_trial_is_hard_in_one_thing_and_nominal_in_all_others(name, changed):
+    given = Conditions(seed=3, hand=HandSize(side="left"), base="free")
+    expected = replace(given, seed=8, nominal=False, **changed)
+    assert made_hard(given, 8, name) == expected
+
+
+def test_a_trial_with_a_hard_pose_has_its_object_up_to_a_centimetre_and_10_deg_off():
+    given = Conditions(seed=3, friction=0.6)
+    trials = [made_hard(given, seed, "pose") for seed in range(100)]
+    offsets = np.array([trial.object_offset for trial in trials])
+    most = np.abs(offsets).max(axis=0)
+    assert (most <= [0.01, 0.01, np.deg2rad(10.0)]).all()
+    assert (most > 0.9 * np.array([0.01, 0.01, np.deg2rad(10.0)])).all()
+    for seed, trial in enumerate(trials):
+        expected = replace(given, seed=seed, nominal=False, object_offset=trial.object_offset)
+        assert trial == expected
+    assert made_hard(given, 4, "pose") == trials[4]
+
+
 def test_hands_that_nobody_has_are_refused():
     for size in (HandSize(0.5), HandSize(breadth=0.2), HandSize(np.nan)):
         with pytest.raises(InputError):
@@ -79,7 +147,9 @@ def test_a_perturbed_trial_is_drawn_as_it_was_published():
 
 
 def test_a_perturbed_trial_keeps_the_hand():
-    left = Conditions(hand=HandSize(0.17, 0.08, "left"), seed=3)
+    left = Conditions(
+        hand=HandSize(0.17, 0.08, "left"), seed=3, base="free", bias=0.05, latency=0.02
+    )
     trial = perturb(left, 5)
     assert trial.hand == left.hand
     varied = {

@@ -73,7 +73,7 @@ def test_what_is_too_wide_to_grasp_is_said_so(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["book", "cube", "screwdriver"])
 def test_the_lift_task_brings_the_forearm_from_where_it_comes_in_the_table(name: str) -> None:
     task = lift_task(OBJECTS[name])
-    model = build_scene(task).compile()
+    model = build_scene(task, base="free").compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     distal = data.body("forearm").xmat.reshape(3, 3)[:, 0]

@@ -15,6 +15,7 @@ from handsim.grasping.judging.six_axis import (
     DIRECTIONS,
     DURATION,
     MASS,
+    MAX_OVERLAP,
     MAX_SHIFT,
     MAX_TURN_DEG,
     TIMESTEP,
@@ -83,7 +84,7 @@ FORCE = 1.0
 def test_the_protocol_is_that_of_dexgraspbench():
     """100 g, 10 m/s^2, six sides, 2 s in steps of 4 ms; lost from 5 cm or 15 deg on."""
     assert (MASS, ACCELERATION, DURATION, TIMESTEP) == (0.1, 10.0, 2.0, 0.004)
-    assert (MAX_SHIFT, MAX_TURN_DEG) == (0.05, 15.0)
+    assert (MAX_SHIFT, MAX_TURN_DEG, MAX_OVERLAP) == (0.05, 15.0, 0.01)
     sides = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]]
     np.testing.assert_array_equal(DIRECTIONS, sides)
 
@@ -172,12 +173,11 @@ def test_the_deepest_overlap_of_the_object_in_any_pull_counts():
 
 
 def test_the_scene_of_the_protocol():
-    """Gravity, table and other hand vanish; masses, inertias and the hand's friction are set."""
+    """Gravity and table vanish, what leads the hand stays; masses, inertias and the hand's friction are set."""
     parts = """<freejoint/><geom type="box" size="0.02 0.03 0.04" friction="0.4 0.003 0.0002"/>
         <body name="lid" pos="0 0 0.05"><joint type="hinge" axis="0 0 1"/>
         <inertial pos="0 0 0" mass="1" diaginertia="0.001 0.002 0.002"/></body>"""
-    welds = """<equality><weld name="object_held" body1="object"/>
-        <weld name="forearm_led" body1="forearm"/></equality>"""
+    welds = """<equality><weld name="forearm_led" body1="forearm"/></equality>"""
     finger = '<body pos="0 0 0.1"><geom name="finger" type="sphere" size="0.01"/></body>'
     run: Any = mechanism(parts, finger, welds)
     before = copy.copy(run.model())
@@ -196,7 +196,6 @@ def test_the_scene_of_the_protocol():
     np.testing.assert_allclose(model.geom_friction[of_hand, :2], [[0.6, 0.02]] * 2)
     np.testing.assert_allclose(model.geom_friction[of_hand, 2], before.geom_friction[of_hand, 2])
     np.testing.assert_allclose(model.geom_friction[~of_hand], before.geom_friction[~of_hand])
-    assert not model.eq_active0[model.equality("object_held").id]
     assert model.eq_active0[model.equality("forearm_led").id]
     np.testing.assert_array_equal(model.opt.gravity, 0.0)
     assert model.opt.timestep == 0.004
@@ -220,7 +219,6 @@ def test_a_cube_in_the_hand_stays_there(cube):
 
 @pytest.mark.parametrize("name", ["cube-raise", "jar-unscrew"])
 def test_what_nothing_holds_falls_away_as_a_free_mass_does(name):
-    """The jar too, which a weld holds in its task as the other hand would."""
     outcome = six_axis(demonstrate(task_by_name(name), Conditions(object_offset=FAR)))
     assert outcome.reason == "slipped"
     # From rest, x after n steps is a dt^2 n (n + 1) / 2; the pull ends beyond 5 cm.
@@ -228,15 +226,6 @@ def test_what_nothing_holds_falls_away_as_a_free_mass_does(name):
     x = ACCELERATION * TIMESTEP**2 * n * (n + 1) / 2
     np.testing.assert_allclose(outcome.shift_m, x[x >= 0.05][0], rtol=0.02)
     assert max(outcome.turn_deg) < 1 if name == "cube-raise" else True
-
-
-def test_the_jar_is_held_by_the_hand_alone():
-    run = demonstrate(task_by_name("jar-unscrew"), Conditions())
-    model = _protocol_model(run, hard=False)
-    weld = model.equality("object_held").id
-    assert run.model().eq_active0[weld]
-    assert not model.eq_active0[weld]
-    assert max(six_axis(run).shift_m) > 0.005  # a weld would give less than a millimetre
 
 
 def test_the_object_weighs_what_the_protocol_says(cube):

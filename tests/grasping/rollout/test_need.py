@@ -8,12 +8,11 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.need import (
     LEAST,
     Contacts,
+    _edges,
     contacts_at,
     least_grip,
-    two_sided_need,
 )
 from handsim.hand.mjcf import FRICTION
-from handsim.objects.mjcf import OBJECTS
 from handsim.tasks.table_one import task_by_name
 
 from .in_hand import pushed_into
@@ -125,11 +124,34 @@ def test_a_third_contact_never_makes_it_worse():
         assert least_grip(more, CENTRE, load) <= least_grip(held, CENTRE, load) + 1e-6
 
 
-def test_the_need_of_two_sides_is_that_of_the_objects_mass():
-    jar = OBJECTS["jar"]
-    assert two_sided_need(jar) == pytest.approx(jar.mass * 9.81 / (2 * FRICTION[0]))
-    assert two_sided_need(jar, 0.4) == pytest.approx(2 * two_sided_need(jar))
-    assert two_sided_need(OBJECTS["pen"]) == LEAST
+def test_many_contacts_at_once_are_those_one_by_one():
+    """Whatever direction their normals have."""
+    generator = np.random.default_rng(2)
+    points, normals = generator.normal(size=(2, 5, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    friction, torsion = generator.uniform(0.3, 1.0, 5), generator.uniform(0.002, 0.01, 5)
+    edges = _edges(Contacts(points, normals, friction, torsion), CENTRE)
+    single = [
+        _edges(Contacts(*(each[[i]] for each in (points, normals, friction, torsion))), CENTRE)
+        for i in range(5)
+    ]
+    np.testing.assert_allclose(edges, np.hstack(single), atol=1e-12)
+
+
+def test_edges_lie_on_the_cone_that_the_simulation_has():
+    """Unit normal force, friction and torsion on one ellipsoid, torque about the centre."""
+    point, normal = np.array([[0.02, -0.01, 0.03]]), np.array([[0.0, 0.6, 0.8]])
+    edges = _edges(Contacts(point, normal, np.array([0.5]), np.array([0.004])), CENTRE).T
+    assert len(edges) == 26
+    force, torque = edges[:, :3], edges[:, 3:]
+    np.testing.assert_allclose(force @ normal[0], 1.0)
+    along = np.linalg.norm(force - normal, axis=1)
+    own = torque - np.cross(point, force)
+    about = own @ normal[0]
+    np.testing.assert_allclose(own, about[:, None] * normal, atol=1e-12)
+    np.testing.assert_allclose((along / 0.5) ** 2 + (about / 0.004) ** 2, 1.0)
+    assert about.min() == pytest.approx(-0.004)
+    assert about.max() == pytest.approx(0.004)
 
 
 @pytest.mark.parametrize("base", ["arm", "free"])
