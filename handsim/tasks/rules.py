@@ -93,7 +93,7 @@ class Outcome(Result):
     penetration_m: float
     pushed_m: float = 0.0
     pushed_deg: float = 0.0
-    forces_n: dict[str, float] = field(default_factory=dict[str, float])
+    forces_n: dict[str, float] = field(default_factory=dict[str, float], hash=False)
     need_n: float = 0.0
     margin: float = 0.0
     table_force_n: float = 0.0
