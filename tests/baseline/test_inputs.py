@@ -20,12 +20,13 @@ from handsim.navigation.bspline import TensorBSpline
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND
 
-TASK = "scissors-use"  # has hinges, meshes and, held by the other hand, an equality
+TASK = "scissors-use"  # has hinges, meshes and
+FREE = Conditions(base="free")  # an equality: what leads the hand
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return Scene.build(task_by_name(TASK), Conditions())
+    return Scene.build(task_by_name(TASK), FREE)
 
 
 def changed(before: dict[str, str], after: dict[str, str]) -> set[str]:
@@ -140,6 +141,7 @@ def test_each_group_and_each_reason_fits_some_array(scene):
 PERTURBED = {
     "seed": 1, "nominal": False, "hand_length": 0.18, "hand_breadth": 0.08, "side": "left",
     "friction": 0.81, "mass_scale": 1.01, "object_offset": (0.0, 0.0, 0.3), "shake": 0.1,
+    "base": "arm", "bias": 0.01, "drift": 0.01, "latency": 0.01, "lost": 0.01,
 }  # fmt: skip
 
 
@@ -147,8 +149,8 @@ def perturbed(field):
     """Conditions of which one value in the files is another."""
     of_hand = {"hand_length": "length", "hand_breadth": "breadth", "side": "side"}
     if field in of_hand:
-        return Conditions(hand=replace(MEDIAN_HAND, **{of_hand[field]: PERTURBED[field]}))
-    return replace(Conditions(), **{field: PERTURBED[field]})
+        return replace(FREE, hand=replace(MEDIAN_HAND, **{of_hand[field]: PERTURBED[field]}))
+    return replace(FREE, **{field: PERTURBED[field]})
 
 
 def test_all_conditions_are_tried():
@@ -162,13 +164,13 @@ def test_every_field_of_the_conditions_is_an_input(field, scene, plans):
     names = changed(grasp_inputs(scene, plan), grasp_inputs(other, plan))
     assert f"condition/{field}" in names
     expected = {"object_offset": "scene geometry", "friction": "scene friction",
-                "mass_scale": "scene masses", "side": "task"}.get(field)  # fmt: skip
+                "mass_scale": "scene masses", "side": "task", "base": "scene joints"}.get(field)  # fmt: skip
     assert expected is None or expected in names
 
 
 def test_a_yaw_of_the_object_is_named(scene, plans):
     (plan,) = plans.values()
-    turned = Scene.build(task_by_name(TASK), Conditions(object_offset=(0.0, 0.0, 0.3)))
+    turned = Scene.build(task_by_name(TASK), replace(FREE, object_offset=(0.0, 0.0, 0.3)))
     before, after = grasp_inputs(scene, plan), grasp_inputs(turned, plan)
     assert after["condition/object_offset"] == "0, 0, 0.3"
     assert {"condition/object_offset", "scene geometry"} <= changed(before, after)
