@@ -134,7 +134,7 @@ def grasp_sheet(tasks: Sequence[Task] = TASKS) -> Frame:
 
 
 def _grasp_frame(offscreen: Offscreen, task: Task, hand: HandModel) -> Frame:
-    spec = build_scene(task)
+    spec = build_scene(task, base="free")  # put where the grasp has it
     _show_axes(spec)
     scene_hand = HandModel.from_spec(spec)
     model, data = scene_hand.model, scene_hand.data
