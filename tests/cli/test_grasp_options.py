@@ -8,12 +8,14 @@ import pytest
 
 from handsim.cli import defaults
 from handsim.files import data_folder
-from handsim.grasping.conditions import Conditions
+from handsim.grasping.conditions import Conditions, made_hard
+from handsim.grasping.judging.six_axis import six_axis
 from handsim.grasping.planning import grasper as grasping
 from handsim.grasping.planning.plan_store import PlanStore
 from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout_file import read_rollout
+from handsim.joints import CONTACT_PARTS
 from handsim.learning.controller import GraspController
 
 EXPERIMENTS = data_folder("assets") / "experiments"
@@ -40,21 +42,56 @@ def test_six_axis_decides_and_the_hard_setting_is_told(run, tmp_path):
     said = run("grasp", "demonstrator", "--task", "jar-move", "--protocol", "six-axis",
                "--json", "-o", tmp_path).json()  # fmt: skip
     assert (said["task"], said["trials"], said["successes"]) == ("jar-move", 0, 0)
-    assert said["nominal_success"] is True
-    assert said["nominal_hard_success"] is False
     (nominal,) = said["per_trial"]
-    assert (nominal["success"], nominal["lift_success"], nominal["hard_success"]) == (
-        True, True, False,
-    )  # fmt: skip
+    rollout = read_rollout(tmp_path / "jar-move.npz")
+    usual, hard = six_axis(rollout), six_axis(rollout, hard=True)
+    assert usual.success
+    assert said["nominal_success"] is nominal["success"] is True
+    assert said["nominal_hard_success"] is nominal["hard_success"] is hard.success
+    assert nominal["lift_success"] is rollout.outcome.success is True
     assert nominal["epsilon"] > 0.05
-    assert len(nominal["six_axis"]["shift_m"]) == 6
-    assert nominal["six_axis_hard"]["reason"] == "tilted"
-    assert read_rollout(tmp_path / "jar-move.npz").outcome.success
+    assert nominal["six_axis"]["shift_m"] == list(usual.shift_m)
+    assert nominal["six_axis_hard"]["shift_m"] == list(hard.shift_m)
+    assert nominal["six_axis_hard"]["reason"] == hard.reason
+    assert max(hard.shift_m) > max(usual.shift_m)  # contacts creep
+
+
+def test_results_say_how_the_hand_presses_and_what_carries_it(run):
+    said = run("grasp", "demonstrator", "--task", "cube-raise", "--json").json()
+    (nominal,) = said["per_trial"]
+    assert nominal["base"] == "arm"
+    assert tuple(nominal["forces_n"]) == CONTACT_PARTS
+    assert nominal["margin"] == max(nominal["forces_n"].values()) / nominal["need_n"]
+    assert nominal["opposed"] > 0.95
+    assert nominal["table_force_n"] <= 15.0
+    assert nominal["pushed_m"] <= 0.010
+    assert nominal["strain"] < 2.0
+
+
+def test_a_hand_that_flies_is_said_to_fly(run, tmp_path):
+    asked = ("grasp", "demonstrator", "--task", "cube-raise", "--base", "free", "-o", tmp_path)
+    made = run(*asked, "--json")
+    assert "the hand flies" in made.err
+    assert made.json()["per_trial"][0]["base"] == "free"
+    assert read_rollout(tmp_path / "cube-raise.npz").conditions.base == "free"
+    assert "flies" not in run("grasp", "demonstrator", "--task", "cube-raise").err
+    refused = run("grasp", "demonstrator", "--task", "cube-raise", "--base", "robot")
+    assert refused.code == 2
+    assert "--base" in refused.err
+
+
+def test_trials_are_made_hard_in_one_thing(run, tmp_path):
+    run("grasp", "demonstrator", "--task", "cube-raise", "--trials", "1", "--hard", "friction",
+        "--seed", "4", "-o", tmp_path)  # fmt: skip
+    made = {read_rollout(path).conditions for path in tmp_path.glob("*.npz")}
+    assert made == {Conditions(seed=4), made_hard(Conditions(seed=4), 5, "friction")}
+    assert {each.friction for each in made} == {0.8, 0.3}
 
 
 def test_both_protocols_are_shown_as_tables(run):
     lift = run("grasp", "demonstrator", "--task", "cube-raise").out
-    assert "epsilon" in lift
+    for column in ("thumb [N]", "need [N]", "table [N]"):
+        assert column in lift
     assert "1 of 1 tasks held" in lift
     six = run("grasp", "demonstrator", "--task", "cube-raise", "--protocol", "six-axis").out
     assert "hard" in six

@@ -653,3 +653,24 @@ def test_what_a_run_without_a_hold_says():
     assert set(outcome.forces_n.values()) == {0.0}
     assert outcome.margin == 0.0
     assert outcome.opposed == 1.0
+
+
+def test_height_is_asked_for_even_where_no_time_is():
+    dragged = drawn(WRITE, 0.055, lift=0.04)
+    assert judge(dragged, ruled(WRITE, hold=0.0)).reason == "slipped"
+    assert judge(drawn(WRITE, 0.055), ruled(WRITE, hold=0.0)).success
+    assert judge(moved(SLIDE, 0.08, up=0.02), ruled(SLIDE, hold=0.0)).reason == "slipped"
+    assert judge(moved(SLIDE, 0.08), ruled(SLIDE, hold=0.0)).success
+
+
+def test_the_way_asked_for_is_the_longest_along_the_table():
+    """What is done before and afterwards is no line."""
+    aside = Step(0.5, shift=(0.02, 0.02, 0.1))
+    for steps in ((aside, *WRITE.steps), (*WRITE.steps, aside)):
+        assert judge(drawn(WRITE, 0.055), replace(WRITE, steps=steps)).success
+
+
+def test_an_outcome_tells_the_deepest_overlap():
+    outcome = judge(replace(carried(), penetration=at(260, 0.0019)), MOVE)
+    assert outcome.success
+    assert outcome.penetration_m == 0.0019

@@ -74,5 +74,13 @@ def test_turns_leave_out_what_the_palm_turns_from_a_row_on():
     with_palm = both.turn(0, 200)
     np.testing.assert_allclose(with_palm[:200], np.linspace(0, 1, 520)[:200], atol=1e-9)
     np.testing.assert_allclose(with_palm[200:], 200 / 519, atol=1e-9)
-    round_about = replace(both, symmetry="x")
-    np.testing.assert_allclose(round_about.turn(0, None), np.linspace(0, 1, 520), atol=1e-7)
+
+
+@pytest.mark.parametrize("symmetry", [None, "x", "z"])
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_turns_about_an_axis_of_symmetry_do_not_count(symmetry, axis):
+    traces = carried()
+    turn = np.outer(np.linspace(0, 1, 520), [axis == each for each in "xyz"])
+    traces = replace(traces, object_quat=quats(turn), symmetry=symmetry)
+    expected = np.zeros(520) if axis == symmetry else np.linspace(0, 1, 520)
+    np.testing.assert_allclose(traces.turn(0, None), expected, atol=1e-7)

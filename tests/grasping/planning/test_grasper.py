@@ -9,7 +9,7 @@ import pytest
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import data_folder
-from handsim.grasping.conditions import Conditions, perturb
+from handsim.grasping.conditions import Conditions, made_hard, perturb
 from handsim.grasping.planning import grasper as grasping
 from handsim.grasping.planning.grasper import (
     ATTEMPTS,
@@ -57,6 +57,13 @@ def test_trials_have_the_seeds_that_follow():
     assert [each.seed for each in trials] == [8, 9]
     assert not any(each.nominal for each in trials)
     assert {each.hand.length for each in trials} == {0.18}
+
+
+def test_hard_trials_are_hard_in_one_thing_alone():
+    usual = Conditions(seed=7, hand=HandSize(0.18))
+    nominal, *trials = trial_conditions(usual, 3, "bias")
+    assert nominal == usual
+    assert trials == [made_hard(usual, seed, "bias") for seed in (8, 9, 10)]
 
 
 TASK, JAR = task_by_name("cube-raise"), task_by_name("jar-move")

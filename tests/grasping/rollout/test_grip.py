@@ -75,6 +75,19 @@ def test_fingers_that_touch_nothing_go_where_they_are_told(closed):
     np.testing.assert_allclose(q[0], told + closed * CLOSING, rtol=0, atol=1e-15)
 
 
+def test_forces_before_the_hand_has_closed_are_those_of_a_touch():
+    assert (LIGHT, IDLE) == (1.0, 0.5)
+
+
+def test_the_wrist_is_no_part_of_a_thumb_that_touches():
+    each = layer()
+    forces = np.zeros(5)
+    forces[THUMB] = 1.0
+    q = given(each, forces, told=AT + 0.5)[0]
+    np.testing.assert_array_equal(q[OF == -1], (AT + 0.5)[OF == -1])
+    assert np.abs(q[OF == THUMB] - 0.3).max() < 0.1
+
+
 def test_a_finger_stays_where_it_touched():
     """Above 0.3 N, whatever it is told afterwards; the other fingers and the wrist go on."""
     assert TOUCH == 0.3
