@@ -173,7 +173,7 @@ def _steps(task: Task) -> str:
             axis = ", ".join(f"{value:g}" for value in step.axis)
             parts.append(f"turn {step.angle_deg:g} deg about ({axis})")
         said.append(f"{' and '.join(parts)} in {step.seconds:g} s")
-    return "; ".join(said) + ("; the other hand holds the object" if task.held else "")
+    return "; ".join(said)
 
 
 def in_words(rule: PassRule) -> str:
