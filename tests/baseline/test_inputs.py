@@ -164,7 +164,8 @@ def test_every_field_of_the_conditions_is_an_input(field, scene, plans):
     names = changed(grasp_inputs(scene, plan), grasp_inputs(other, plan))
     assert f"condition/{field}" in names
     expected = {"object_offset": "scene geometry", "friction": "scene friction",
-                "mass_scale": "scene masses", "side": "task", "base": "scene joints"}.get(field)  # fmt: skip
+                "mass_scale": "scene masses", "side": "task",
+                "base": "scene joints"}.get(field)  # fmt: skip
     assert expected is None or expected in names
 
 

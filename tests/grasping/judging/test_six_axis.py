@@ -173,7 +173,7 @@ def test_the_deepest_overlap_of_the_object_in_any_pull_counts():
 
 
 def test_the_scene_of_the_protocol():
-    """Gravity and table vanish, what leads the hand stays; masses, inertias and the hand's friction are set."""
+    """Gravity and table vanish, what leads the hand stays; masses and friction are set."""
     parts = """<freejoint/><geom type="box" size="0.02 0.03 0.04" friction="0.4 0.003 0.0002"/>
         <body name="lid" pos="0 0 0.05"><joint type="hinge" axis="0 0 1"/>
         <inertial pos="0 0 0" mass="1" diaginertia="0.001 0.002 0.002"/></body>"""

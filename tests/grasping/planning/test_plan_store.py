@@ -40,7 +40,8 @@ def plan() -> GraspPlan:
 
 def bits(plan: GraspPlan) -> bytes:
     numbers = (plan.palm.pos, plan.palm.quat, plan.retreat, plan.q_start, plan.q_goal,
-               [plan.squeeze, plan.grip, plan.arrive], [] if plan.z_goal is None else plan.z_goal)  # fmt: skip
+               [plan.squeeze, plan.grip, plan.arrive],
+               [] if plan.z_goal is None else plan.z_goal)  # fmt: skip
     return np.concatenate(numbers).tobytes()
 
 
