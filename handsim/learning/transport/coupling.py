@@ -15,7 +15,9 @@ from handsim.types import Array
 WIDEST_AT = 0.67
 """When the hand is widest, as a share of the transport's duration."""
 _N_CONTROL = 16
-_EARLIEST, _LATEST = 0.05, 0.95  # widest before or after that has no opening to be timed
+_EARLIEST, _LATEST = 0.02, 0.95
+"""Shares between which there is something to be timed. A hand that is widest at its start waits
+with closing all the same; one that is widest at its end does not close."""
 
 
 def widest_of(aperture: Array) -> float:
@@ -33,8 +35,8 @@ def hand_law(
 ) -> ProgressLaw:
     """Return when the hand is where on its own path, so that it is widest in time.
 
-    A minimum-jerk law over a power of time, which passes ``widest`` then. Where the hand is widest
-    at an end of its path, there is nothing to be timed, and the law is minimum jerk.
+    A minimum-jerk law over a power of time, which passes ``widest`` then. For a hand that is widest
+    at the end of its path it is minimum jerk.
 
     Parameters
     ----------
@@ -60,10 +62,10 @@ def hand_law(
             f"the hand cannot be widest at {at:g} of {transport.duration:g} s in a movement of "
             f"{whole:g} s; give a share between 0 and 1 and a duration beyond it"
         )
-    if not _EARLIEST <= widest <= _LATEST:
+    if widest > _LATEST:
         return ProgressLaw(whole)
     grid = np.linspace(0.0, 1.0, 2001)
-    when = float(np.interp(widest, minimum_jerk(grid, 1.0), grid))
+    when = float(np.interp(max(widest, _EARLIEST), minimum_jerk(grid, 1.0), grid))
     power = np.log(when) / np.log(moment)
     steps = np.linspace(0.0, 1.0, _N_CONTROL)
     return ProgressLaw(whole, minimum_jerk(steps**power, 1.0))
