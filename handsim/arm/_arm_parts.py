@@ -28,14 +28,14 @@ FLAT = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
 """Axes of the hand in the frame of the hanging forearm of a right arm, as columns."""
 
 # What is seen, / stature: nothing of it weighs or touches.
-_SLEEVE = ((0.033, 0.033, 0.040), (0.0325, 0.0325, 0.060))  # the shoulder's cap, what hangs of it
+_SLEEVE = ((0.0325, 0.0315, 0.034), (0.0335, 0.0325, 0.072))  # the shoulder's cap, what hangs of it
 _UPPER_ARM = (0.031, 0.027)  # at the middle, at the elbow
 _ELBOW = 0.0255
 _FOREARM = (0.027, 0.018)  # the belly below the elbow, before the wrist
 _TRUNK = (  # height of the centre above the shoulders, semi-axes
     ("chest", -0.105, (0.063, 0.093, 0.120)),
-    ("collarbones", -0.034, (0.044, 0.112, 0.048)),
-    ("neckline", 0.004, (0.036, 0.070, 0.036)),
+    ("collarbones", -0.022, (0.042, 0.122, 0.046)),
+    ("neckline", 0.008, (0.035, 0.066, 0.036)),
     ("waist", -0.22, (0.060, 0.084, 0.12)),
 )
 _NECK = 0.027  # radius
@@ -92,8 +92,8 @@ def add_looks(
     upper, under = _Flesh(upper_arm, prefix), _Flesh(lower_arm, prefix)
     sleeve = _Flesh(upper_arm, prefix, f"{prefix}shirt")
     cap, hanging = (tall * np.array(each) for each in _SLEEVE)
-    sleeve.ellipsoid("deltoid", [0, 0, -0.014 * tall], cap)
-    sleeve.ellipsoid("sleeve", [0, 0, -0.052 * tall], hanging)
+    sleeve.ellipsoid("deltoid", [0, 0, -0.010 * tall], cap)
+    sleeve.ellipsoid("sleeve", [0, 0, -0.046 * tall], hanging)
     upper.ellipsoid("upper_arm_muscle", [0, 0, -0.45 * reach], [middle, middle, 0.52 * reach])
     upper.capsule("upper_arm", [0, 0, -0.15 * reach], [0, 0, -reach], elbow)
     upper.ellipsoid("elbow", [0, 0, -reach], [tall * _ELBOW] * 3)
@@ -130,8 +130,8 @@ def _add_other_arm(
     wrist = [elbow[0] + 0.35 * geometry.forearm, 0.75 * aside, elbow[2] - 0.85 * geometry.forearm]
     cap, hanging = (tall * np.array(each) for each in _SLEEVE)
     sleeve, skin = _Flesh(trunk, prefix, f"{prefix}shirt"), _Flesh(trunk, prefix)
-    sleeve.ellipsoid("other_deltoid", [0, aside, -0.014 * tall], cap)
-    sleeve.ellipsoid("other_sleeve", [0, aside, -0.052 * tall], hanging)
+    sleeve.ellipsoid("other_deltoid", [0, aside, -0.010 * tall], cap)
+    sleeve.ellipsoid("other_sleeve", [0, aside, -0.046 * tall], hanging)
     skin.capsule("other_upper_arm", [0, aside, -0.05 * tall], elbow, tall * _UPPER_ARM[1])
     skin.capsule("other_forearm", elbow, wrist, tall * _FOREARM[1])
 

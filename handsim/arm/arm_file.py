@@ -19,7 +19,7 @@ from handsim.types import Array, HandSize
 READY: MappingProxyType[str, tuple[tuple[float, float, float], tuple[float, ...]]] = (
     MappingProxyType(
         {
-            "on_table": ((-0.17, -0.17, 0.055), (0.9659, 0.0, 0.0, 0.2588)),
+            "on_table": ((-0.17, -0.17, 0.070), (0.9659, 0.0, 0.0, 0.2588)),
             "thumb_up": ((-0.12, -0.10, 0.07), (0.6830, 0.6830, 0.1830, 0.1830)),
             "raised": ((-0.15, -0.10, 0.20), (0.6830, 0.6830, 0.1830, 0.1830)),
         }

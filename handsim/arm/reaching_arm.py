@@ -195,6 +195,8 @@ def _checked(pos: Array, quat: Array, wrist: Array | None) -> Array:
         )
     if not all(np.isfinite(each).all() for each in (pos, quat, wanted)):
         raise InputError("a palm pose or wrist angle is not finite; give finite numbers")
+    if not (np.linalg.norm(quat, axis=1) > 0.0).all():
+        raise InputError("a quaternion of length 0 is no orientation; give unit quaternions")
     return wanted
 
 

@@ -169,6 +169,8 @@ def learn_transport(
             )
         if not (np.isfinite(path).all() and np.isfinite(time).all()):
             raise InputError("a path of the palm has gaps; bridge them or leave the reach out")
+        if not (np.diff(time) > 0).all():
+            raise InputError("times of a path do not rise; give seconds in order")
     inside = [SCALE * ReachFrame.of(path[0], path[-1]).inside(path) for path in paths]
     learner = DirectionLearner(certified=True, seed=seed).fit(inside, progress=progress)
     rises = [rise_of(path) for path in paths]
