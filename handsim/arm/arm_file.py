@@ -19,7 +19,7 @@ from handsim.types import Array, HandSize
 READY: MappingProxyType[str, tuple[tuple[float, float, float], tuple[float, ...]]] = (
     MappingProxyType(
         {
-            "on_table": ((-0.17, -0.17, 0.070), (0.9659, 0.0, 0.0, 0.2588)),
+            "over_table": ((-0.17, -0.17, 0.085), (0.9659, 0.0, 0.0, 0.2588)),
             "thumb_up": ((-0.12, -0.10, 0.07), (0.6830, 0.6830, 0.1830, 0.1830)),
             "raised": ((-0.15, -0.10, 0.20), (0.6830, 0.6830, 0.1830, 0.1830)),
         }
@@ -27,7 +27,7 @@ READY: MappingProxyType[str, tuple[tuple[float, float, float], tuple[float, ...]
 )
 """Keyframes beside ``hanging``: wrist [m] and orientation of a right palm, of median size.
 
-The hand points 30 deg to the left; palm down on the table, and thumb up. Other sizes have it in
+The hand points 30 deg to the left; palm down over the table, and thumb up. Other sizes have it in
 proportion, left hands mirrored.
 """
 _MEDIAN_LENGTH = 0.1933

@@ -29,7 +29,7 @@ _IN_TRUNK = 0.04  # [m]
 _IN_TABLE = 0.02  # [m]
 TRUNK_DEPTH_OF_STATURE = 0.065
 """Half the depth of the chest, / stature (chest depth of men 230 mm of 1740, Pheasant)."""
-ELBOW_RADIUS_OF_STATURE, WRIST_RADIUS_OF_STATURE = 0.024, 0.014
+ELBOW_RADIUS_OF_STATURE, WRIST_RADIUS_OF_STATURE = 0.024, 0.017
 """From the axis of the forearm to its underside at the elbow and at the wrist, / stature."""
 _ALONG_FOREARM = np.linspace(0.0, 1.0, 6)
 
