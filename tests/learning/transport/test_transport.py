@@ -94,6 +94,8 @@ def test_a_palm_in_a_loop_arrives_and_answers_a_push(transport) -> None:
     place, step = start.copy(), 0.01
     for k in range(110):
         if k == 40:
+            in_time = made.at(np.array([k * step]))[0]
+            assert np.linalg.norm(place - in_time) < 0.01
             place = place + [0.0, 0.03, 0.0]
         place = place + step * made.velocity(place, k * step)
     assert np.linalg.norm(place - goal) < 0.005
