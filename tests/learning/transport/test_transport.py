@@ -89,14 +89,14 @@ def test_what_is_reached_for_is_no_obstacle(transport) -> None:
 
 
 def test_a_palm_in_a_loop_arrives_and_answers_a_push(transport) -> None:
-    start, goal = np.array([-0.25, 0.05, 0.1]), np.array([0.0, 0.0, 0.05])
+    start, goal = np.array([0.05, -0.25, 0.1]), np.array([0.0, 0.0, 0.05])
     made = transport.reach(start, goal, duration=1.0)
     place, step = start.copy(), 0.01
     for k in range(110):
         if k == 40:
             in_time = made.at(np.array([k * step]))[0]
             assert np.linalg.norm(place - in_time) < 0.01
-            place = place + [0.0, 0.03, 0.0]
+            place = place + [0.03, 0.0, 0.0]
         place = place + step * made.velocity(place, k * step)
     assert np.linalg.norm(place - goal) < 0.005
 
