@@ -106,6 +106,7 @@ lock: setup
 
 models: setup
 	$(BIN)/python models/hand/make.py
+	$(BIN)/python models/arm/make.py
 
 assets: setup
 	$(BIN)/python assets/objects/make.py
@@ -121,6 +122,7 @@ assets: setup
 pictures: rendering
 	$(BIN)/python -m handsim.viewing.contact_sheets keyframes models/hand/hand.png
 	$(BIN)/python -m handsim.viewing.contact_sheets hands models/hand/sizes.png
+	$(BIN)/python -m handsim.viewing.contact_sheets arm models/arm/arm.png
 	$(BIN)/python -m handsim.viewing.contact_sheets retargeting models/hand/retargeting.png \
 	  --robot tests/retargeting/data/four_finger_hand.xml --palm base_frame \
 	  --fingertips thumb=thumb_touch index=f1_touch middle=f2_touch ring=f3_touch

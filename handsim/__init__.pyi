@@ -1,3 +1,6 @@
+from .arm.mjcf import attach_arm as attach_arm
+from .arm.mjcf import build_arm as build_arm
+from .arm.reaching_arm import ReachingArm as ReachingArm
 from .baseline.check import check_baseline as check_baseline
 from .baseline.check import record_baseline as record_baseline
 from .baseline.store import read_baseline as read_baseline
@@ -46,6 +49,7 @@ from .learning.scores import Scores as Scores
 from .learning.scores import evaluate as evaluate
 from .learning.scores import leave_one_out as leave_one_out
 from .learning.subspace import PostureSubspace as PostureSubspace
+from .learning.transport.transport import learn_transport as learn_transport
 from .navigation.bspline import TensorBasis as TensorBasis
 from .navigation.bspline import TensorBSpline as TensorBSpline
 from .navigation.function import NavigationFunction as NavigationFunction

@@ -28,17 +28,17 @@ FLAT = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
 """Axes of the hand in the frame of the hanging forearm of a right arm, as columns."""
 
 # What is seen, / stature: nothing of it weighs or touches.
-_SLEEVE = (0.036, 0.034)  # at the shoulder, at its end
+_SLEEVE = ((0.0325, 0.0315, 0.034), (0.0335, 0.0325, 0.072))  # the shoulder's cap, what hangs of it
 _UPPER_ARM = (0.031, 0.027)  # at the middle, at the elbow
 _ELBOW = 0.0255
 _FOREARM = (0.027, 0.018)  # the belly below the elbow, before the wrist
 _TRUNK = (  # height of the centre above the shoulders, semi-axes
-    ("chest", -0.105, (0.064, 0.096, 0.115)),
-    ("collarbones", -0.030, (0.048, 0.116, 0.052)),
-    ("neckline", 0.010, (0.034, 0.060, 0.030)),
-    ("waist", -0.22, (0.060, 0.086, 0.12)),
+    ("chest", -0.105, (0.063, 0.093, 0.120)),
+    ("collarbones", -0.022, (0.042, 0.122, 0.046)),
+    ("neckline", 0.008, (0.035, 0.066, 0.036)),
+    ("waist", -0.22, (0.060, 0.084, 0.12)),
 )
-_NECK = (0.026, 0.028, 0.040)
+_NECK = 0.027  # radius
 
 _Vector = Array | list[float]
 
@@ -91,9 +91,9 @@ def add_looks(
     belly, wrist = (tall * each for each in _FOREARM)
     upper, under = _Flesh(upper_arm, prefix), _Flesh(lower_arm, prefix)
     sleeve = _Flesh(upper_arm, prefix, f"{prefix}shirt")
-    shoulder, hem = (tall * each for each in _SLEEVE)
-    sleeve.ellipsoid("deltoid", [0, 0, -0.012 * tall], [shoulder, shoulder, 1.2 * shoulder])
-    sleeve.ellipsoid("sleeve", [0, 0, -0.28 * reach], [hem, hem, 0.30 * reach])
+    cap, hanging = (tall * np.array(each) for each in _SLEEVE)
+    sleeve.ellipsoid("deltoid", [0, 0, -0.010 * tall], cap)
+    sleeve.ellipsoid("sleeve", [0, 0, -0.046 * tall], hanging)
     upper.ellipsoid("upper_arm_muscle", [0, 0, -0.45 * reach], [middle, middle, 0.52 * reach])
     upper.capsule("upper_arm", [0, 0, -0.15 * reach], [0, 0, -reach], elbow)
     upper.ellipsoid("elbow", [0, 0, -reach], [tall * _ELBOW] * 3)
@@ -108,14 +108,32 @@ def add_looks(
 def add_trunk(
     scene: mujoco.MjSpec, shoulder: Array, geometry: ArmGeometry, mirror: float, prefix: str
 ) -> None:
-    """Add a chest and a neck without a head behind the table, seen only."""
+    """Add the rest of a person without a head behind the table, seen only."""
     tall = geometry.stature
     middle = shoulder + np.array([0.0, mirror * SHOULDER_OF_STATURE * tall, 0.0])
     body = scene.worldbody.add_body(name=f"{prefix}trunk", pos=middle)
     shirt = _Flesh(body, prefix, f"{prefix}shirt")
     for name, height, size in _TRUNK:
         shirt.ellipsoid(name, [0, 0, height * tall], tall * np.array(size))
-    _Flesh(body, prefix).ellipsoid("neck", [0.004 * tall, 0, 0.03 * tall], tall * np.array(_NECK))
+    _add_other_arm(body, geometry, mirror, prefix)
+    neck = mujoco.mjtGeom.mjGEOM_CYLINDER
+    top = [0.006 * tall, 0, 0.062 * tall]
+    _Flesh(body, prefix).capsule("neck", [0, 0, 0.02 * tall], top, tall * _NECK, neck)
+
+
+def _add_other_arm(
+    trunk: mujoco.MjsBody, geometry: ArmGeometry, mirror: float, prefix: str
+) -> None:
+    """Add the arm that does nothing, its forearm towards the lap."""
+    tall, aside = geometry.stature, mirror * SHOULDER_OF_STATURE * geometry.stature
+    elbow = [0.0, 1.08 * aside, -geometry.upper_arm]
+    wrist = [elbow[0] + 0.35 * geometry.forearm, 0.75 * aside, elbow[2] - 0.85 * geometry.forearm]
+    cap, hanging = (tall * np.array(each) for each in _SLEEVE)
+    sleeve, skin = _Flesh(trunk, prefix, f"{prefix}shirt"), _Flesh(trunk, prefix)
+    sleeve.ellipsoid("other_deltoid", [0, aside, -0.010 * tall], cap)
+    sleeve.ellipsoid("other_sleeve", [0, aside, -0.046 * tall], hanging)
+    skin.capsule("other_upper_arm", [0, aside, -0.05 * tall], elbow, tall * _UPPER_ARM[1])
+    skin.capsule("other_forearm", elbow, wrist, tall * _FOREARM[1])
 
 
 @dataclass(frozen=True)
@@ -131,9 +149,15 @@ class _Flesh:
         kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID
         self._add(name, type=kind, pos=pos, size=size)
 
-    def capsule(self, name: str, start: list[float], end: list[float], radius: float) -> None:
-        """Add a capsule from a start to an end."""
-        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+    def capsule(
+        self,
+        name: str,
+        start: list[float],
+        end: list[float],
+        radius: float,
+        kind: mujoco.mjtGeom = mujoco.mjtGeom.mjGEOM_CAPSULE,
+    ) -> None:
+        """Add a capsule, or a cylinder, from a start to an end."""
         self._add(f"{name}_bone", type=kind, fromto=[*start, *end], size=[radius, 0, 0])
 
     def _add(self, name: str, **shape: Any) -> None:

@@ -29,7 +29,7 @@ _IN_TRUNK = 0.04  # [m]
 _IN_TABLE = 0.02  # [m]
 TRUNK_DEPTH_OF_STATURE = 0.065
 """Half the depth of the chest, / stature (chest depth of men 230 mm of 1740, Pheasant)."""
-ELBOW_RADIUS_OF_STATURE, WRIST_RADIUS_OF_STATURE = 0.024, 0.014
+ELBOW_RADIUS_OF_STATURE, WRIST_RADIUS_OF_STATURE = 0.024, 0.017
 """From the axis of the forearm to its underside at the elbow and at the wrist, / stature."""
 _ALONG_FOREARM = np.linspace(0.0, 1.0, 6)
 
@@ -41,7 +41,8 @@ class Unnaturalness:
     Attributes
     ----------
     joints
-        The worst joint: 0 to `FREE_RANGE` of its half range, 1 at its end.
+        The worst joint: 0 to `FREE_RANGE` of its half range, 1 at its end, one more each 10 deg
+        beyond.
     elbow
         The elbow near or above the height of the shoulder.
     trunk
@@ -98,7 +99,8 @@ def unnaturalness(
     use = np.abs(range_use(angles)).max(axis=-1)
     low, high = _ELBOW_HIGH
     return Unnaturalness(
-        joints=np.maximum(use - FREE_RANGE, 0.0) / (1.0 - FREE_RANGE),
+        joints=np.maximum(np.minimum(use, 1.0) - FREE_RANGE, 0.0) / (1.0 - FREE_RANGE)
+        + np.maximum(use - 1.0, 0.0),
         elbow=np.maximum(elbow[..., 2] - low, 0.0) / (high - low),
         trunk=np.maximum(_in_trunk(elbow, stature), _in_trunk(wrist, stature)) / _IN_TRUNK,
         table=_in_table(elbow, wrist, seat, stature) / _IN_TABLE,

@@ -25,7 +25,6 @@ from handsim.types import MEDIAN_HAND, Array, HandSize, Index
 
 _WRIST_SPREAD = np.deg2rad([20.0, 12.0])
 """How far flexion and deviation may be from what is asked for, for a cost of 1 [rad]."""
-_RANGE_WEIGHT = 1.0  # of a joint that uses half its range; it grows with the fourth power
 _UNNATURAL_WEIGHT = 4.0
 _SWIVELS = np.deg2rad(np.arange(-40.0, 121.0, 4.0))
 """Among which is chosen first [rad]: beyond, no elbow goes at a table."""
@@ -151,7 +150,7 @@ class ReachingArm:
         return (
             ((swivel - usual) / self.law.spread) ** 2
             + np.sum(((angles[..., N_ARM:] - wanted) / _WRIST_SPREAD) ** 2, axis=-1)
-            + _RANGE_WEIGHT * np.sum((2 * range_use(angles)) ** 4, axis=-1) / 16
+            + np.sum(range_use(angles) ** 4, axis=-1)
             + _UNNATURAL_WEIGHT * (judged.elbow**2 + judged.trunk**2 + judged.table**2)
         )
 
@@ -195,6 +194,8 @@ def _checked(pos: Array, quat: Array, wrist: Array | None) -> Array:
         )
     if not all(np.isfinite(each).all() for each in (pos, quat, wanted)):
         raise InputError("a palm pose or wrist angle is not finite; give finite numbers")
+    if not (np.linalg.norm(quat, axis=1) > 0.0).all():
+        raise InputError("a quaternion of length 0 is no orientation; give unit quaternions")
     return wanted
 
 

@@ -24,8 +24,9 @@ MOUTH_OF_STATURE = (0.06, SHOULDER_OF_STATURE, 0.085)
 """The mouth from the right shoulder: ahead, to the left, up; / stature. Shoulder joint at 0.80 of
 stature standing, mouth at 0.89 (Drillis & Contini: chin 0.870)."""
 USUAL = float(np.deg2rad(20.0))
-"""Swivel without any other reason [rad]: median of a person who reached for a pillow on a low table
-(`tests/benchmarks/reach.py`)."""
+"""Swivel without any other reason [rad]: an upper arm lifted about as far to the side as ahead, as
+at a desk. Low confidence: one recorded person has -12 to 24 deg by how the joint of the shoulder is
+found from its marker (`tests/benchmarks/reach.py`)."""
 SPREAD = float(np.deg2rad(15.0))
 """How far people are from any law [rad]: 25 deg over targets at one height (Kang, Shimansky & He
 2002, Proc. 24th IEEE EMBS)."""

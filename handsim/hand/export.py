@@ -50,11 +50,11 @@ def write_hand(size: HandSize, folder: Path) -> Path:
     path = Path(folder) / f"{size.side}_hand.xml"
     with naming(Path(folder), "made"):
         path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, _with_position_actuators(spec.to_xml()))
+    write_text(path, with_position_actuators(spec.to_xml()))
     return path
 
 
-def _with_position_actuators(xml: str) -> str:
+def with_position_actuators(xml: str) -> str:
     """Write actuators as MuJoCo's shortcut: easier to read, and understood by older versions."""
     general = re.compile(
         r'<general (.*?)(?: input="pos")? biastype="affine"'

@@ -76,7 +76,10 @@ _MOUSE = Grasp(
     "rest", (0.0, 0.0, 0.016), (0.0, -1.0, 0.0), (-0.2588, 0.0, -0.9659), 0.060,
     ("ring", "little"), pointing=(1.0, 0.0, 0.0),
 )  # fmt: skip
-_HANDLE = Grasp("handle", (0.0655, 0.0, 0.045), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0), 0.010, _TWO)
+# From above and beside, so that the little finger's side stays clear of the table.
+_HANDLE = Grasp(
+    "handle", (0.064, 0.0, 0.058), (0.0, -1.0, 0.0), (-0.7071, 0.0, -0.7071), 0.010, _TWO
+)
 # The palm comes from opposite the handle.
 _CUP_SIDE = Grasp("side", (0.0, 0.0, 0.042), _ACROSS, (1.0, 0.0, 0.0), 0.080, _ALL)
 _CUP_TOP = Grasp("top", (0.0, 0.0, 0.066), _ACROSS, DOWN, 0.080, _ALL)

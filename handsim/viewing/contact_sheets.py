@@ -1,7 +1,7 @@
-"""Contact sheets for checking models by eye: hand sizes, keyframes, grasp frames, a robot hand.
+"""Contact sheets for checking models by eye: hands, keyframes, the arm, grasps, a robot hand.
 
-``python -m handsim.viewing.contact_sheets hands|keyframes|grasps|retargeting FILE.png``; the last
-needs a robot hand: ``--robot FILE.xml --palm NAME --fingertips thumb=NAME index=NAME ...``.
+``python -m handsim.viewing.contact_sheets hands|keyframes|arm|grasps|retargeting FILE.png``; the
+last needs a robot hand: ``--robot FILE.xml --palm NAME --fingertips thumb=NAME index=NAME ...``.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
@@ -114,6 +114,25 @@ def keyframe_sheet() -> Frame:
     with open_offscreen(300, 300) as offscreen:
         frames = _postures(offscreen, posture_model(), shown)
     return contact_sheet(frames, labels, columns=4)
+
+
+def arm_sheet() -> Frame:
+    """Return the keyframes of the right arm at the table, from the front and from its side."""
+    model = mujoco.MjModel.from_xml_path(str(data_folder("models") / "arm" / "scene.xml"))
+    looks = (
+        _Look(155, -18, 1.35, (-0.27, -0.05, 0.12)),
+        _Look(62, -25, 1.35, (-0.27, -0.05, 0.12)),
+    )
+    names = [model.key(i).name for i in range(model.nkey)]
+    frames: list[Frame] = []
+    with open_offscreen(300, 280) as offscreen:
+        scene, data = offscreen.add(model), mujoco.MjData(model)
+        for look in looks:
+            for i in range(model.nkey):
+                mujoco.mj_resetDataKeyframe(model, data, i)
+                mujoco.mj_forward(model, data)
+                frames.append(scene.draw(data, look.camera()))
+    return contact_sheet(frames, names + [""] * len(names), columns=len(names))
 
 
 def grasp_sheet(tasks: Sequence[Task] = TASKS) -> Frame:
@@ -239,7 +258,7 @@ def _by_the_palm(
 def main() -> None:
     """Draw the sheet named on the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sheet", choices=("hands", "keyframes", "grasps", "retargeting"))
+    parser.add_argument("sheet", choices=("hands", "keyframes", "arm", "grasps", "retargeting"))
     parser.add_argument("file", type=Path)
     parser.add_argument("--robot", type=Path, help="MJCF of a robot hand")
     parser.add_argument("--palm", help="site or body, x distal and z dorsal")
@@ -256,7 +275,12 @@ def main() -> None:
         fingertips = dict(pair.split("=", 1) for pair in given.fingertips)
         picture = retargeting_sheet(given.robot, given.palm, fingertips, recording)
     else:
-        draw = {"hands": hand_sheet, "keyframes": keyframe_sheet, "grasps": grasp_sheet}
+        draw = {
+            "hands": hand_sheet,
+            "keyframes": keyframe_sheet,
+            "arm": arm_sheet,
+            "grasps": grasp_sheet,
+        }
         picture = draw[given.sheet]()
     write_image(picture, given.file)
 

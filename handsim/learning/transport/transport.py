@@ -1,0 +1,196 @@
+"""A controller of the palm's transport, of the same kind as the hand's.
+
+Recorded paths of the palm are brought into the frame of their reach (`reach_frame`), in which all
+lead to one destination. There an obstacle is learned by the direction learner, held to the descent
+condition, so that every start is proved to arrive. A table and other things enter as real
+obstacles of the same beta (`walls`). Progress over time is the mean of the recordings'.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from handsim.errors import InputError
+from handsim.learning.direction.learner import DirectionLearner
+from handsim.learning.movement.progress import ProgressLaw
+from handsim.learning.transport.reach_frame import ReachFrame, rise_of
+from handsim.learning.transport.walls import Wall, WalledObstacle, keep_off
+from handsim.navigation.certificate import Certificate, certify
+from handsim.navigation.flow import FlowPath, follow
+from handsim.navigation.function import NavigationFunction
+from handsim.navigation.paths import arc_length, at_arc_length
+from handsim.types import Array, Progress
+
+_N_CONTROL = 16  # of the time law
+_N_PROGRESS = 51
+_STEP = float(np.deg2rad(1.0))
+_GOAL = np.zeros(3)
+SCALE = 2.5
+"""Length of a straight reach in the coordinates of the field [rad], for which the learners are
+made."""
+
+
+@dataclass(frozen=True, eq=False)
+class Transport:
+    """What was learned of a person's reaches.
+
+    Attributes
+    ----------
+    navigation
+        In the frame of a reach, times `SCALE`; its destination is 0.
+    certificate
+        By descent: every start in the workspace arrives.
+    rises : [rad]
+        Least and greatest angle above the level of the reaches learned from.
+    progress : (16,)
+        Control points of the covered share of the length over time.
+    duration
+        Median of the recordings [s].
+    """
+
+    navigation: NavigationFunction
+    certificate: Certificate
+    rises: tuple[float, float]
+    progress: Array
+    duration: float
+
+    def reach(
+        self,
+        start: Array,
+        goal: Array,
+        walls: Sequence[Wall] = (),
+        duration: float | None = None,
+    ) -> "PalmReach":
+        """Return the reach of the palm from a start to a destination.
+
+        Parameters
+        ----------
+        start, goal : (3,) [m]
+        walls
+            Real obstacles, in the world [m].
+        duration
+            [s]; by default the recordings' median.
+
+        Raises
+        ------
+        InputError
+            If both are less than 5 mm apart, or the duration makes no sense.
+        """
+        law = ProgressLaw(self.duration if duration is None else duration, self.progress)
+        frame = ReachFrame.of(start, goal, self.rises)
+        near = [wall.moved(frame.axes, frame.goal, frame.distance / SCALE) for wall in walls]
+        kept, field = keep_off(_GOAL, near), self.navigation
+        if kept:
+            field = NavigationFunction(WalledObstacle(field.obstacle, kept), field.k)
+        begin = SCALE * frame.inside(start)
+        found = follow(field.directions, begin[None], _GOAL[None], _STEP)[0]
+        points = frame.outside(found.points / SCALE)
+        points[0] = start
+        if found.arrived:
+            points[-1] = goal
+        path = FlowPath(points, found.arrived, found.reason)
+        proved = self.certificate.certified and all(wall.keeps_descent for wall in kept)
+        return PalmReach(path, law, proved, len(kept), field, frame)
+
+
+@dataclass(frozen=True, eq=False)
+class PalmReach:
+    """One reach of the palm.
+
+    Attributes
+    ----------
+    path
+        From the start to the destination [m].
+    law
+        Covered share of its length over time.
+    proved
+        Whether every start in the workspace is proved to arrive, walls included.
+    n_walls
+        Number of walls that are kept off. One that the destination lies in is not.
+    field, frame
+        The navigation function, and how its coordinates come from the world.
+    """
+
+    path: FlowPath
+    law: ProgressLaw
+    proved: bool
+    n_walls: int
+    field: NavigationFunction
+    frame: ReachFrame
+
+    def at(self, times: Array) -> Array:
+        """Return where the palm is at times (n,) [s] after the start, (n, 3) [m]."""
+        return at_arc_length(self.path.points, self.law.covered(times))
+
+    def velocity(self, place: Array, time: float) -> Array:
+        """Return the velocity (3,) [m/s] at a measured place (3,) [m] and a time [s].
+
+        Its direction is the flow's there, so that a push is answered as the navigation function
+        answers it; its speed makes up the distance that is left in the time that is left.
+        """
+        z = SCALE * self.frame.inside(place)
+        direction = self.field.directions(z[None], _GOAL[None])[0] @ self.frame.axes.T
+        left = float(np.linalg.norm(place - self.path.points[-1]))
+        return left * self.law.closing(time) * direction
+
+
+def learn_transport(
+    paths: Sequence[Array],
+    times: Sequence[Array],
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Transport:
+    """Learn from recorded paths of the palm.
+
+    Parameters
+    ----------
+    paths
+        (n_i, 3) [m], z up, each from the start of a reach to its end.
+    times
+        (n_i,) [s]
+    seed
+        As of `DirectionLearner`.
+    progress
+        Called with the fraction done.
+
+    Raises
+    ------
+    InputError
+        If there are none, shapes do not match, or a path does not move.
+    """
+    if not paths or len(paths) != len(times):
+        raise InputError(f"{len(paths)} paths and {len(times)} rows of times; give as many of both")
+    for path, time in zip(paths, times, strict=True):
+        if path.ndim != 2 or path.shape != (len(time), 3) or len(time) < 3:
+            raise InputError(
+                f"a path of shape {path.shape} with {len(time)} times; give (n, 3) and (n,), n > 2"
+            )
+        if not (np.isfinite(path).all() and np.isfinite(time).all()):
+            raise InputError("a path of the palm has gaps; bridge them or leave the reach out")
+        if not (np.diff(time) > 0).all():
+            raise InputError("times of a path do not rise; give seconds in order")
+    inside = [SCALE * ReachFrame.of(path[0], path[-1]).inside(path) for path in paths]
+    learner = DirectionLearner(certified=True, seed=seed).fit(inside, progress=progress)
+    rises = [rise_of(path) for path in paths]
+    return Transport(
+        learner.navigation_,
+        certify(learner.navigation_, _GOAL[None]),
+        (min(rises), max(rises)),
+        _mean_progress(paths, times),
+        float(np.median([time[-1] - time[0] for time in times])),
+    )
+
+
+def _mean_progress(paths: Sequence[Array], times: Sequence[Array]) -> Array:
+    """Return the mean covered share at equal steps of time, as control points (16,)."""
+    steps = np.linspace(0.0, 1.0, _N_PROGRESS)
+    covered = []
+    for path, time in zip(paths, times, strict=True):
+        length = arc_length(path)
+        share = (time - time[0]) / (time[-1] - time[0])
+        covered.append(np.interp(steps, share, length / length[-1]))
+    mean = np.maximum.accumulate(np.mean(covered, axis=0))
+    mean[0], mean[-1] = 0.0, 1.0
+    return np.interp(np.linspace(0.0, 1.0, _N_CONTROL), steps, mean)
