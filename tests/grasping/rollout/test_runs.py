@@ -22,8 +22,9 @@ from handsim.grasping.rollout.jobs import Job, commands_of
 from handsim.grasping.rollout.run import diverged, simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
-from handsim.joints import LOWER, UPPER
+from handsim.joints import JOINT_INDEX, LOWER, UPPER
 from handsim.tasks.table_one import task_by_name
+from handsim.tasks.task import Step
 
 TASK = task_by_name("cube-raise")
 SCHEDULE = Schedule(steps=(0.1,), hold=0.4, reach=0.05, squeeze=0.05)
@@ -60,12 +61,12 @@ def high_plan():
     return replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.3])))
 
 
-def made_with(**values):
+def made_with(task=TASK, **values):
     """A short run, its commands, scene, driver and plan."""
-    scene = Scene.build(TASK, Conditions(**values))
+    scene = Scene.build(task, Conditions(**values))
     plan, driver = high_plan(), Asking()
     run = simulate(scene, plan, driver, DataGlove(), SCHEDULE)
-    commands = Commands.of(plan, TASK, SCHEDULE).disturbed(scene.conditions, DataGlove())
+    commands = Commands.of(plan, task, SCHEDULE).disturbed(scene.conditions, DataGlove())
     return SimpleNamespace(run=run, commands=commands, scene=scene, driver=driver, plan=plan)
 
 
@@ -142,6 +143,17 @@ def test_what_the_arm_does_with_the_wrist_is_not_told_to_the_driver(on_arm):
     np.testing.assert_array_equal(readings[:, rest], on_arm.run.reading[:6, rest])
 
 
+def test_fingers_act_as_the_task_says():
+    press = Step(0.1, flex=("index",), angle_deg=12.0)
+    usual, acting = (
+        made_with(replace(TASK, steps=(step,)), base="free") for step in (TASK.steps[0], press)
+    )
+    index = acting.scene.hand.ctrl_index[JOINT_INDEX["index_mcp"]]
+    flexed = acting.run.ctrl[:, index] - usual.run.ctrl[:, index]
+    np.testing.assert_allclose(flexed[:10], 0.0, atol=1e-12)
+    assert np.rad2deg(flexed[20]) == pytest.approx(12.0, abs=0.5)
+
+
 @pytest.mark.parametrize("late", [0.02, 0.03])
 def test_a_late_glove_tells_what_was(late):
     made, delay = made_with(seed=6, base="free", latency=late), round(100 * late)
@@ -150,13 +162,15 @@ def test_a_late_glove_tells_what_was(late):
 
 
 def test_where_a_reading_is_lost_the_one_before_is_taken():
-    made = made_with(seed=7, base="free", lost=0.5)
-    lost = made.commands.lost[:6]
-    assert lost[1:].any() and not lost[1:].all()
-    last = 0
-    for tick, (_, reading, *_) in enumerate(made.driver.asked):
-        last = last if lost[tick] else tick
-        np.testing.assert_array_equal(reading, made.run.reading[last])
+    for late in (0, 2):
+        made = made_with(seed=7, base="free", lost=0.5, latency=late / 100)
+        lost = made.commands.lost[:6]
+        assert lost[1:].any() and not lost[1:].all()
+        measured: list[int] = []
+        for tick, (_, reading, *_) in enumerate(made.driver.asked):
+            measured.append(measured[-1] if measured and lost[tick] else tick)
+            expected = made.run.reading[measured[max(tick - late, 0)]]
+            np.testing.assert_array_equal(reading, expected)
 
 
 def test_jobs_have_the_commands_of_their_own_plan_timing_and_seed(made):
