@@ -108,13 +108,20 @@ def test_tasks_of_any_shape_and_runs_of_any_length_go_together(hand):
 
 @pytest.mark.parametrize("base", ["arm", "free"])
 def test_gloves_that_are_late_and_lossy_come_out_as_one_by_one(hand, base):
-    """Two share a driver and lose other readings; a third is not late."""
+    """Two share a driver, but lose other readings and grip otherwise; a third is not late."""
     first = scripted("cube-raise", hand, 0.3, base=base)
     given = {"bias": 0.05, "drift": 0.02, "lost": 0.3, "shake": 2.0, "base": base}
     conditions = [
         Conditions(seed=seed, latency=late, **given) for seed, late in enumerate((0.03, 0.03, 0.0))
     ]
-    jobs = [replace(first, scene=replace(first.scene, conditions=each)) for each in conditions]
+    jobs = [
+        replace(
+            first,
+            scene=replace(first.scene, conditions=each),
+            plan=replace(first.plan, grip=2.0 + 3.0 * each.seed),
+        )
+        for each in conditions
+    ]
     keys = [command_key(job) for job in jobs]
     assert keys[0] == keys[1] != keys[2]
     together = simulate_batch(jobs, n_threads=1)
