@@ -137,7 +137,7 @@ def test_sensed_poses_are_those_of_the_bodies(touching):
     assert sensors.apart(sensed(touching))[0] == pytest.approx(apart, rel=1e-12)
 
 
-@pytest.mark.parametrize("depth", [-0.001, 0.0005, 0.002])
+@pytest.mark.parametrize("depth", [-0.001, 0.0005, 0.002, 0.008])
 def test_what_the_hand_presses_on_the_table_is_the_sum_of_its_contacts(click, depth):
     height = click.hand.model.geom("table").pos[2]
     try:
@@ -199,3 +199,31 @@ def test_only_tasks_that_name_what_is_pressed_have_sensors_for_it(touching):
     sensors = Sensors(touching.hand.model)
     assert sensors.n_pressed == len(touching.task.rule.pressed)
     assert sensors.pressed(sensed(touching)).shape == (1, sensors.n_pressed)
+
+
+def made_up(scene: Scene, **values) -> np.ndarray:
+    """Values of sensors in which those of some names are set, (1, n_values)."""
+    model, row = scene.hand.model, sensed(scene)[0].copy()
+    first = Sensors(model).first
+    for name, value in values.items():
+        sensor = model.sensor(f"seen_{name}")
+        start = int(sensor.adr[0]) - first
+        row[start : start + int(sensor.dim[0])] = value
+    return row[None]
+
+
+def test_of_the_fingers_that_are_named_the_hardest_counts():
+    scene = Scene.build(task_by_name("scissors-use"), Conditions(base="free"))
+    sensors = Sensors(scene.hand.model)
+    for index, middle in (([0, 3, 4], [1, 0, 0]), ([1, 0, 0], [0, 3, 4])):
+        values = made_up(
+            scene, pressed_0_thumb=[2, 0, 0], pressed_1_index=index, pressed_1_middle=middle
+        )
+        np.testing.assert_allclose(sensors.pressed(values), [[2.0, 5.0]])
+
+
+def test_what_is_above_the_table_does_not_overlap_with_it(click):
+    sensors = Sensors(click.hand.model)
+    force, overlap = sensors.table(made_up(click, table_force=[1, 2, -7], table_overlap=0.004))
+    assert (force[0], overlap[0]) == (7.0, 0.0)
+    assert sensors.table(made_up(click, table_overlap=-0.003))[1][0] == 0.003
