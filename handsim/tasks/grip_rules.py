@@ -39,7 +39,7 @@ OPPOSED_SHARE = 0.95
 """Least share of the samples of action and of hold in which thumb and fingers are opposed."""
 
 _THUMB = CONTACT_PARTS.index("thumb")
-_LONG_FINGERS = [CONTACT_PARTS.index(finger) for finger in FINGERS]
+_OF_FINGERS = [CONTACT_PARTS.index(finger) for finger in FINGERS]
 
 
 def opposed(traces: GraspTraces) -> Mask:
@@ -75,7 +75,7 @@ def table_force(traces: GraspTraces) -> float:
 
 def finger_force(traces: GraspTraces) -> float:
     """Return the most that any finger pressed, averaged over 0.1 s [N]."""
-    return float(traces.averaged(traces.force[:, _LONG_FINGERS]).max())
+    return float(traces.averaged(traces.force[:, _OF_FINGERS]).max())
 
 
 def held_forces(traces: GraspTraces) -> Array:

@@ -187,13 +187,13 @@ def _action(traces: GraspTraces, task: Task) -> tuple[float, Reason | None, str]
         done, strayed = _along(path, _asked_way(task), rule.distance)
         detail = f"displaced by {1e3 * done * rule.distance:.0f} of {1e3 * rule.distance:.0f} mm"
         if done >= 1 and strayed:
-            return done, "astray", strayed
+            return 1.0, "astray", strayed
     elif rule.kind == "trace":
         done, strayed = _drawn(traces, task, start)
         drawn = 1e3 * done * rule.distance
         detail = f"its front end drew {drawn:.0f} of {1e3 * rule.distance:.0f} mm"
         if done >= 1 and strayed:
-            return done, "astray", strayed
+            return 1.0, "astray", strayed
     else:
         return 1.0, None, ""
     return (1.0, None, "") if done >= 1 else (max(done, 0.0), "slipped", detail)

@@ -3,8 +3,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from handsim.grasping.conditions import Conditions, Perturbation, perturb
+from handsim.grasping.gripping.squeeze import SQUEEZE_DEG, squeeze_offset
 from handsim.grasping.plan import GraspPlan, PalmPath, Pose, ramp, schedule_for
-from handsim.grasping.rollout.squeeze import SQUEEZE_DEG, squeeze_offset
 from handsim.joints import JOINT_INDEX
 from handsim.tasks.table_one import task_by_name
 

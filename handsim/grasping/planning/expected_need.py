@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from handsim.grasping.rollout.need import Contacts, least_grip
+from handsim.grasping.gripping.need import Contacts, least_grip
 from handsim.hand.mjcf import FRICTION
 from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import GraspObject, TriangleMesh

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from handsim.grasping.gripping.squeeze import squeeze_offset
 from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.planning.opposition import palm_pose
-from handsim.grasping.rollout.squeeze import squeeze_offset
 from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, clip_to_range
 from handsim.learning.subspace import PostureSubspace

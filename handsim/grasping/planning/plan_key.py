@@ -14,12 +14,12 @@ import numpy.typing as npt
 
 from handsim.digests import content_digest, rounded
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.gripping.grip import GRIP
+from handsim.grasping.gripping.squeeze import SQUEEZE_DEG
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import RATE, DataGlove
-from handsim.grasping.rollout.grip import GRIP
 from handsim.grasping.rollout.sensing import NO_SENSORS
-from handsim.grasping.rollout.squeeze import SQUEEZE_DEG
 from handsim.hand.mjcf import PASSING_PAIRS
 from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import Collider, GraspObject, Piece

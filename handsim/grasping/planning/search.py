@@ -33,7 +33,7 @@ NO_ARM = 8.0
 SEARCH_SEED = 1000
 """Seed of the first perturbed run of a search, far from the seeds of trials."""
 WORST = 5.0
-"""About the greatest cost of a failure."""
+"""About the greatest cost of a failure, which is 5.9."""
 SEARCH_HOLD = 1.0
 """Time that a search holds the object [s]; the plan found is then tested by the task's own rule."""
 
@@ -59,7 +59,7 @@ def cost_of(rollout: Rollout, task: Task) -> float:
     tilt = min(outcome.peak_tilt_deg / rule.tilt_deg, 5.0)
     used = used_of_limits(outcome, rule)
     if outcome.success:
-        return max(slip, tilt, *used) - 1.0
+        return min(max(slip, tilt, *used), 1.9) - 1.0
     held = min(outcome.hold_s / rule.hold, 1.0) if rule.hold else 0.0
     rises = rule.lift > 0 and rule.kind != "slide"
     lifted = min(outcome.lift_m / rule.lift, 1.0) if rises else 0.0
@@ -68,7 +68,7 @@ def cost_of(rollout: Rollout, task: Task) -> float:
     missing = (1 - held) + 0.5 * (1 - lifted) + (1 - outcome.done) + 0.5 * (1 - grip)
     broken = sum(min(each - 1.0, 4.0) for each in used if each > 1.0)
     broken += 1.0 - min(outcome.opposed / OPPOSED_SHARE, 1.0)
-    return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * broken
+    return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * min(broken, 3.0)
 
 
 def out_of_reach(scene: Scene, plan: GraspPlan) -> float | None:

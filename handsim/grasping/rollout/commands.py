@@ -8,10 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from handsim.arm.reaching_arm import ArmPosture, ReachingArm
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.gripping.squeeze import squeeze_offset
 from handsim.grasping.plan import GraspPlan, PalmPath, Pose, Schedule, ramp
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.glove import RATE, DataGlove
-from handsim.grasping.rollout.squeeze import squeeze_offset
 from handsim.joints import N_JOINTS
 from handsim.physics import GRAVITY
 from handsim.tasks.task import Task

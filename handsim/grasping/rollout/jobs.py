@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 
 from handsim.arm.arm_strength import leading_targets
+from handsim.grasping.gripping.grip import GripLayer, shares_of
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
 from handsim.grasping.rollout._stepping import Simulations
 from handsim.grasping.rollout.commands import Commands
@@ -15,7 +16,6 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
 from handsim.grasping.rollout.glove import RATE, DataGlove
-from handsim.grasping.rollout.grip import GripLayer, shares_of
 from handsim.grasping.rollout.sensing import Sensors
 from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, LOWER, UPPER

@@ -19,7 +19,7 @@ from handsim.content import ByContent
 from handsim.errors import InputError
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.rollout.need import LEAST, contacts_at, least_grip
+from handsim.grasping.gripping.need import LEAST, contacts_at, least_grip
 from handsim.tasks.rules import GraspTraces, Outcome, judge
 from handsim.types import Array
 

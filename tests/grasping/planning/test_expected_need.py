@@ -6,13 +6,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from handsim.grasping.gripping.need import LEAST
 from handsim.grasping.planning.expected_need import (
     FINGER_SPACING,
     _pressing,
     centre_of_mass,
     expected_need,
 )
-from handsim.grasping.rollout.need import LEAST
 from handsim.hand.mjcf import FRICTION
 from handsim.objects.mjcf import OBJECTS
 from handsim.physics import GRAVITY

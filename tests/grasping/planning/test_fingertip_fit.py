@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from handsim.grasping.gripping.squeeze import squeeze_offset
 from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.planning import fingertip_fit
 from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips, pad_targets
 from handsim.grasping.planning.opposition import palm_pose
 from handsim.grasping.planning.preshapes import preshape_for
-from handsim.grasping.rollout.squeeze import squeeze_offset
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, JOINT_INDEX, LOWER, UPPER, clip_to_range

@@ -8,12 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.gripping.squeeze import squeeze_offset
 from handsim.grasping.plan import GraspPlan, Pose, Schedule, schedule_for
 from handsim.grasping.planning.preshapes import REST
 from handsim.grasping.rollout.commands import LOST, Commands
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.glove import DataGlove
-from handsim.grasping.rollout.squeeze import squeeze_offset
 from handsim.joints import JOINT_INDEX
 from handsim.tasks.scene import start_pose
 from handsim.tasks.table_one import task_by_name

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.gripping.need import contacts_at, least_grip
 from handsim.grasping.plan import Schedule
 from handsim.grasping.rollout import record as record_module
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
-from handsim.grasping.rollout.need import contacts_at, least_grip
 from handsim.grasping.rollout.record import record_of
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import task_by_name

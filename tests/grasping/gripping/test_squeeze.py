@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from handsim.grasping.gripping.squeeze import squeeze_offset
 from handsim.grasping.plan import ramp
-from handsim.grasping.rollout.squeeze import squeeze_offset
 from handsim.joints import FINGERS, JOINT_NAMES
 
 

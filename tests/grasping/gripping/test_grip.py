@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from handsim.grasping.rollout import grip as grip_module
-from handsim.grasping.rollout.grip import (
+from handsim.grasping.gripping.grip import (
     BEYOND,
     GRIP,
     IDLE,
@@ -20,7 +19,8 @@ from handsim.grasping.rollout.grip import (
     GripLayer,
     shares_of,
 )
-from handsim.grasping.rollout.squeeze import squeeze_offset
+from handsim.grasping.gripping.squeeze import squeeze_offset
+from handsim.grasping.rollout import grip as grip_module
 from handsim.hand.strength import FINGERTIP_FORCE, SATURATION
 from handsim.joints import FINGERS, JOINT_INDEX, JOINTS
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.rollout.compiled_scene import Scene
-from handsim.grasping.rollout.need import (
+from handsim.grasping.gripping.need import (
     LEAST,
     Contacts,
     _edges,
     contacts_at,
     least_grip,
 )
+from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import FRICTION
 from handsim.tasks.table_one import task_by_name
 
