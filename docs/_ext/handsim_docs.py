@@ -49,8 +49,8 @@ ROOMS = (
     "learning.general", "learning.guide", "learning.movement", "learning.pde", "learning.fit",
     "learning.transport", "driving", "hand", "arm", "objects", "tasks", "retargeting",
     "grasping", "grasping.gripping", "grasping.planning", "grasping.rollout", "grasping.judging",
-    "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl",
-    "cli", "cli.recordings",
+    "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures", "viewing.live",
+    "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip
 
 
