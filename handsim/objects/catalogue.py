@@ -285,7 +285,7 @@ SCISSORS = GraspObject(
                 axis=(0.0, 0.0, -1.0),
                 anchor=(0.012, 0.0, 0.0),
                 range_deg=(0.0, 60.0),
-                friction=0.01,
+                friction=0.05,  # the pivot's: they shut at 0.7 N on each loop
                 damping=1e-3,
             ),
             pieces=(

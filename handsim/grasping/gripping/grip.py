@@ -142,13 +142,15 @@ class GripLayer:
 
     def _settle(self, slip: Array | None, closed: float, dt: float, acting: bool) -> None:
         """Press more where there is too little force, less where there is too much."""
-        level = LIGHT + min(1.5 * closed, 1.0) * (self.grip - LIGHT)
+        light = np.minimum(LIGHT, self.grip)
+        level = light + min(1.5 * closed, 1.0) * (self.grip - light)
         change = dt / (SETTLING * _PER_RADIAN)
         tighter = np.ones(len(level))
         if slip is not None:
             tighter = np.minimum(np.maximum(1.0 + (slip - SLIP) / SLIP_DOUBLES, 1.0), MOST)
             level = level * tighter
-        wanted = np.where(self.shares > 0.0, level[:, None] * self.shares, IDLE)
+        idle = np.minimum(IDLE, level)[:, None]
+        wanted = np.where(self.shares > 0.0, level[:, None] * self.shares, idle)
         step = change * (wanted - self.force)
         if acting:
             # The thumb supports what the fingers press: two that both correct would push the

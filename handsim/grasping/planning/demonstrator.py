@@ -58,7 +58,7 @@ def scripted_plan(
     palm = palm.moved(preshape.sink * np.array(task.grasp.approach))
     palm = offsets.palm(palm, side)
     q_goal = clip_to_range(q_touch + preshape.beyond * (preshape.shut - preshape.open))
-    grip = offsets.grip * GRIP_MARGIN * expected_need(task)
+    grip = offsets.grip * (preshape.grip or GRIP_MARGIN * expected_need(task))
     plan = GraspPlan(palm, _retreat(task, palm), REST, q_goal, preshape.squeeze, grip)
     return plan, preshape.open
 

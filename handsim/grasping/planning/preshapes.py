@@ -55,7 +55,10 @@ class Preshape:
         How far beyond its aligned pose the palm is moved along the approach [m], so that the
         fingers close behind the middle of the object.
     squeeze
-        Factor on the squeeze layer.
+        Factor on how the hand closes further after the reach.
+    grip
+        What thumb and fingers press on their sides [N]; None for what the object's weight and its
+        torque need.
     """
 
     open: Array
@@ -63,6 +66,7 @@ class Preshape:
     beyond: float = 0.0
     sink: float = 0.0
     squeeze: float = 1.0
+    grip: float | None = None
 
 
 _EXTENDED = {"wrist_flexion": -20.0}
@@ -174,7 +178,7 @@ PRESHAPES: dict[str, Preshape] = {
             thumb_rotation=35, thumb_abduction=0, thumb_mcp=15, thumb_ip=20, wrist_flexion=-20,
         ),
         beyond=0.15,
-        squeeze=0.3,
+        grip=2.0,  # enough to move a mouse, too little to turn it
     ),
     "loops": Preshape(
         open=posture(
@@ -187,7 +191,8 @@ PRESHAPES: dict[str, Preshape] = {
             ring_mcp=75, ring_pip=80, little_mcp=78, little_pip=85,
             thumb_rotation=95, thumb_abduction=30, thumb_mcp=15, thumb_ip=15, **_LEVEL,
         ),
-        squeeze=0.0,
+        squeeze=0.3,
+        grip=0.4,  # scissors shut as soon as they are pressed harder
     ),
 }  # fmt: skip
 """Preshapes by kind of grasp."""

@@ -75,7 +75,7 @@ def out_of_reach(scene: Scene, plan: GraspPlan) -> float | None:
     """Return the cost of a plan that no arm can follow, which needs no run; None for others."""
     if scene.arm is None:
         return None
-    commands = Commands.of(plan, scene.task, schedule_for(scene.task))
+    commands = Commands.of(plan, scene.task, schedule_for(scene.task), scene.conditions.hand)
     reach = commands.reached(scene.arm, plan.q_goal).reach
     strain = 0.0 if reach is None else float(reach.strain.max())
     return None if strain <= NO_ARM else WORST + min(strain, 100.0) / 20.0

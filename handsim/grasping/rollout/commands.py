@@ -8,14 +8,15 @@ from scipy.spatial.transform import Rotation
 
 from handsim.arm.reaching_arm import ArmPosture, ReachingArm
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.gripping.squeeze import squeeze_offset
+from handsim.grasping.gripping.squeeze import closing
 from handsim.grasping.plan import GraspPlan, PalmPath, Pose, Schedule, ramp
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.glove import RATE, DataGlove
+from handsim.hand.kinematics import Kinematics
 from handsim.joints import N_JOINTS
 from handsim.physics import GRAVITY
 from handsim.tasks.task import Task
-from handsim.types import Array, Mask
+from handsim.types import MEDIAN_HAND, Array, HandSize, Mask
 
 SHAKE_FREQUENCY = 2.0
 """Frequency at which the hand is shaken during the hold [Hz]."""
@@ -79,8 +80,10 @@ class Commands:
     reach: ArmPosture | None = None
 
     @classmethod
-    def of(cls, plan: GraspPlan, task: Task, schedule: Schedule) -> "Commands":
-        """Return the commands of a run that nothing disturbs."""
+    def of(
+        cls, plan: GraspPlan, task: Task, schedule: Schedule, size: HandSize = MEDIAN_HAND
+    ) -> "Commands":
+        """Return the commands of a run that nothing disturbs, for a hand of some size."""
         times = np.arange(round(schedule.end * RATE) + 1) / RATE
         expected = Rotation.from_euler("z", np.deg2rad(task.yaw_deg))
         there = Pose(np.zeros(3), expected.as_quat(scalar_first=True))
@@ -94,7 +97,13 @@ class Commands:
             times,
             palm_pos,
             palm_quat,
-            closing=squeeze_offset(plan.squeeze, task.grasp.fingers),
+            closing=closing(
+                plan.q_goal,
+                plan.palm.rotation.inv().apply(task.grasp.opposition),
+                task.grasp.fingers,
+                plan.squeeze,
+                Kinematics(size),
+            ),
             closed=ramp(times, schedule.squeeze_start, schedule.squeeze),
             flexion=path.flexions(times),
             arrival=int(np.searchsorted(times, schedule.reach, side="right")) - 1,

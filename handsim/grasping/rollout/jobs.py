@@ -215,7 +215,8 @@ def commands_of(jobs: Sequence[Job]) -> list[Commands]:
         task, schedule = job.scene.task, job.run_schedule
         key = (id(job.plan), id(task), schedule)
         if key not in undisturbed:
-            undisturbed[key] = Commands.of(job.plan, task, schedule)
+            size = job.scene.conditions.hand
+            undisturbed[key] = Commands.of(job.plan, task, schedule, size)
         made = undisturbed[key].disturbed(job.scene.conditions, job.glove)
         arm = job.scene.arm
         found.append(made if arm is None else made.reached(arm, job.plan.q_goal))
