@@ -88,9 +88,11 @@ class Links:
         """Return the rows of bodies in frames; bodies that are not there are refused."""
         return np.array([self._row[int(body)] for body in bodies], dtype=np.int64)
 
-    def holds(self, body: int) -> bool:
-        """Tell whether a body is among those whose frames are computed."""
-        return body in self._row
+    def moved_by(self, body: int) -> Mask:
+        """Return which joints move a body, (j,); none of a body that is not there."""
+        if body not in self._row:
+            return np.zeros(len(self._start), dtype=bool)
+        return self.moves[self._row[body]]
 
     def frames(self, positions: Array) -> LinkFrames:
         """Return all frames, positions (n, j) [rad, m for slides] given."""

@@ -219,6 +219,16 @@ class RobotHand:
         origin, axes = self._palm_in(self.link_frames(self.reference[None]))
         return origin[0], axes[0]
 
+    @property
+    def pads_are_known(self) -> bool:
+        """Whether the fingertips' z points out of their backs; in frames by name it is free."""
+        return self.frames.origin != "given"
+
+    @property
+    def palm_body(self) -> int:
+        """Id of the body that the palm's frame is on."""
+        return self._palm[0]
+
     def link_frames(self, x: Array) -> LinkFrames:
         """Return where all links are in the world, coordinates (n, m) given."""
         return self.links.frames(self.joint_positions(x))
@@ -234,7 +244,6 @@ class RobotHand:
     def fingertips_in(self, frames: LinkFrames, x: Array) -> Fingertips:
         """Return the fingertips, where links are at coordinates (n, m) given."""
         origin, axes = self._palm_in(frames)
-        back = axes.swapaxes(1, 2)
         position, turned = self._posed(frames, self._tip_rows, self._tips)
         slopes = self.slopes(x)
         links = self.links
@@ -258,7 +267,6 @@ class RobotHand:
                 turn = turn - links.turns(frames, palm, direction)
             parts += [(direction @ axes), in_palm(turn)]
         points = (position - origin[:, None]) @ axes
-        del back
         return Fingertips(points, parts[0], parts[2], in_palm(shift), parts[1], parts[3])
 
     def slopes(self, x: Array) -> Array:
