@@ -66,23 +66,22 @@ class Links:
         self._row = {body: i for i, body in enumerate(self.bodies)}
         self.moves: Mask = np.zeros((len(self.bodies), len(joints)), dtype=bool)
         self._fixed: dict[int, tuple[Array, Array]] = {}
-        self._moving: list[tuple[int, int, Array, Array, list[tuple[int, Array, Array]]]] = []
+        self._moving: list[_Moving] = []
         for i, body in enumerate(self.bodies):
             parent = self._row[int(model.body_parentid[body])]
             first = int(model.body_jntadr[body])
             own = [
-                (place[j], model.jnt_pos[j].copy(), model.jnt_axis[j].copy())
+                _hinge_or_slide(model, j, place[j])
                 for j in range(first, first + int(model.body_jntnum[body]))
                 if j in place
             ]
             if body:
                 self.moves[i] = self.moves[parent]
-            self.moves[i, [k for k, _, _ in own]] = True
+            self.moves[i, [each.row for each in own]] = True
             if not self.moves[i].any():
                 self._fixed[i] = data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
                 continue
-            turn = Rotation.from_quat(model.body_quat[body], scalar_first=True).as_matrix()
-            self._moving.append((i, parent, model.body_pos[body].copy(), turn, own))
+            self._moving.append(_Moving(i, parent, *_pose_of(model, body), tuple(own)))
 
     def rows(self, bodies: Sequence[int] | Index) -> Index:
         """Return the rows of bodies in frames; bodies that are not there are refused."""
@@ -103,24 +102,31 @@ class Links:
         moved = positions - self._start
         for i, (place, turn) in self._fixed.items():
             position[:, i], rotation[:, i] = place, turn
-        for i, parent, pos, turn, own in self._moving:
-            above = rotation[:, parent]
-            at, turned = position[:, parent] + above @ pos, times(above, turn)
-            for k, off, about in own:
-                axis[:, k] = turned @ about
+        for body in self._moving:
+            turned, at = rotation[:, body.parent], position[:, body.parent]
+            if body.pos is not None:
+                at = at + turned @ body.pos
+            if body.turn is not None:
+                turned = times(turned, body.turn)
+            for joint in body.joints:
+                k = joint.row
+                axis[:, k] = turned @ joint.axis
                 if self.slides[k]:
-                    anchor[:, k] = at + turned @ off
+                    anchor[:, k] = at if joint.pos is None else at + turned @ joint.pos
                     at = at + axis[:, k] * moved[:, k, None]
                     continue
-                pivot = at + turned @ off if off.any() else at
+                pivot = at if joint.pos is None else at + turned @ joint.pos
                 anchor[:, k] = pivot
-                turned = turned_about(turned, about, moved[:, k])
-                at = pivot - turned @ off if off.any() else pivot
-            position[:, i], rotation[:, i] = at, turned
+                if joint.along is None:
+                    turned = turned_about(turned, joint.axis, moved[:, k])
+                else:
+                    turned = _turned_about_own(turned, joint.along, moved[:, k] * joint.sign)
+                at = pivot if joint.pos is None else pivot - turned @ joint.pos
+            position[:, body.row], rotation[:, body.row] = at, turned
         return LinkFrames(position, rotation, anchor, axis)
 
     def velocities(self, frames: LinkFrames, rows: Index, points: Array) -> Array:
-        """Return how points on bodies shift with the joints, (n, k, j, 3) [m/rad].
+        """Return how points on bodies shift with the joints, (n, j, k, 3) [m/rad].
 
         Parameters
         ----------
@@ -129,18 +135,71 @@ class Links:
             Of the bodies that they are fixed to.
         points : (n, k, 3) [m]
         """
-        made = np.zeros((*points.shape[:2], len(self._start), 3))
+        made = np.zeros((len(points), len(self._start), *points.shape[1:]))
         point, joint = np.nonzero(self.moves[rows])
         turning = ~self.slides[joint]
         p, j = point[turning], joint[turning]
-        made[:, p, j] = cross(frames.axis[:, j], points[:, p] - frames.anchor[:, j])
+        made[:, j, p] = cross(frames.axis[:, j], points[:, p] - frames.anchor[:, j])
         p, j = point[~turning], joint[~turning]
-        made[:, p, j] = frames.axis[:, j]
+        made[:, j, p] = frames.axis[:, j]
         return made
 
     def turns(self, frames: LinkFrames, rows: Index, directions: Array) -> Array:
-        """Return how directions fixed to bodies turn with the joints, (n, k, j, 3) [1/rad]."""
-        made = np.zeros((*directions.shape[:2], len(self._start), 3))
+        """Return how directions fixed to bodies turn with the joints, (n, j, k, 3) [1/rad]."""
+        made = np.zeros((len(directions), len(self._start), *directions.shape[1:]))
         point, joint = np.nonzero(self.moves[rows] & ~self.slides)
-        made[:, point, joint] = cross(frames.axis[:, joint], directions[:, point])
+        made[:, joint, point] = cross(frames.axis[:, joint], directions[:, point])
         return made
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """A joint by its row: axis and anchor in its body; None for what is at the origin.
+
+    ``along`` is the number of the body's own axis that it turns about, forwards or backwards by
+    ``sign``; None if it is none of them.
+    """
+
+    row: int
+    axis: Array
+    pos: Array | None
+    along: int | None
+    sign: float
+
+
+@dataclass(frozen=True)
+class _Moving:
+    """A body that joints move: its pose in its parent, None for what leaves it as it is."""
+
+    row: int
+    parent: int
+    pos: Array | None
+    turn: Array | None
+    joints: tuple[_Joint, ...]
+
+
+def _pose_of(model: mujoco.MjModel, body: int) -> tuple[Array | None, Array | None]:
+    pos, quat = model.body_pos[body].copy(), model.body_quat[body]
+    turn = Rotation.from_quat(quat, scalar_first=True).as_matrix()
+    same = np.abs(turn - np.eye(3)).max() < 1e-12
+    return (pos if pos.any() else None), (None if same else turn)
+
+
+def _hinge_or_slide(model: mujoco.MjModel, joint: int, row: int) -> _Joint:
+    axis, pos = model.jnt_axis[joint].copy(), model.jnt_pos[joint].copy()
+    along = int(np.argmax(np.abs(axis)))
+    own = abs(abs(axis[along]) - 1) < 1e-12
+    return _Joint(
+        row, axis, pos if pos.any() else None, along if own else None, float(np.sign(axis[along]))
+    )
+
+
+def _turned_about_own(rotations: Array, along: int, angle: Array) -> Array:
+    """Return rotations (n, 3, 3) turned about one of their own axes by angles (n,) [rad]."""
+    i, j = (along + 1) % 3, (along + 2) % 3
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    first, second = rotations[:, :, i], rotations[:, :, j]
+    made = rotations.copy()
+    made[:, :, i] = cosine * first + sine * second
+    made[:, :, j] = cosine * second - sine * first
+    return made

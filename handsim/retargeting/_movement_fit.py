@@ -16,7 +16,9 @@ from handsim.types import Array, Mask
 
 _DAMPING = 1e-3
 """First damping, relative to the diagonal of the curvature."""
-_SETTLED = 2e-4
+_LEVEL = 0.1
+"""What is added to the diagonal for damping, relative to its largest entry."""
+_SETTLED = 5e-4
 """The fit ends when no coordinate moves by more [rad or m]."""
 _LONGEST = 0.5
 """Longest step of a coordinate [rad]: beyond, the quadratic is not believed."""
@@ -78,21 +80,28 @@ def fit(
     damping = np.full(len(x), _DAMPING)
     for _ in range(most):
         step = _step(here, x, lower, upper, movement, damping)
-        tried = np.clip(x - np.clip(step, -_LONGEST, _LONGEST), lower, upper)
+        tried = np.clip(x - _shortened(step), lower, upper)
         moved = np.abs(tried - x).max(axis=1)
         there = evaluate(tried)
         before, after = _totals(here, x, movement), _totals(there, tried, movement)
         better = after <= before
-        if movement is None:
-            x = np.where(better[:, None], tried, x)
-            here = _chosen(better, there, here)
-        elif after.sum() <= before.sum():
+        if movement is not None and after.sum() <= before.sum():
             x, here = tried, there
-        damping = np.where(better, np.maximum(damping * 0.2, 1e-9), damping * 6.0)
+        else:  # each posture as it is better
+            mixed, both = np.where(better[:, None], tried, x), _chosen(better, there, here)
+            if movement is None or _totals(both, mixed, movement).sum() <= before.sum():
+                x, here = mixed, both
+        damping = np.where(better, np.maximum(damping * 0.2, 1e-9), damping * 10.0)
         settled = moved < _SETTLED if movement is not None else (moved < _SETTLED) | (damping > 1e4)
         if settled.all() or damping.min() > 1e6:
             break
     return x, here.cost
+
+
+def _shortened(step: Array) -> Array:
+    """Return steps in their own direction, none of which is too long in any coordinate."""
+    longest = np.abs(step).max(axis=1, keepdims=True)
+    return step * np.minimum(1.0, _LONGEST / np.maximum(longest, 1e-12))
 
 
 def _totals(own: Quadratic, x: Array, movement: Movement | None) -> Array:
@@ -128,7 +137,8 @@ def _step(
         hessian[1:, diagonal, diagonal] += bound
         hessian[:-1, diagonal, diagonal] += bound
     size = hessian[:, diagonal, diagonal]
-    hessian[:, diagonal, diagonal] = size * (1 + damping[:, None]) + 1e-12
+    level = _LEVEL * size.max(axis=1, keepdims=True)  # restrains coordinates that matter little
+    hessian[:, diagonal, diagonal] = size + damping[:, None] * (size + level) + 1e-12
     held = ((x <= lower) & (gradient > 0)) | ((x >= upper) & (gradient < 0))
     gradient[held] = 0.0
     free = ~held

@@ -64,4 +64,4 @@ class Reachable:
         openings[:, finger, 0] = far
         counted = np.zeros(shape[:2])
         counted[:, finger] = 1.0
-        return Targets(points, openings, points, points, np.zeros(shape[:2]), counted)
+        return Targets(points, openings, openings, points, points, np.zeros(shape[:2]), counted)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handsim.retargeting._self_contact import NearLinks
-from handsim.retargeting._targets import Targets, openings_of
+from handsim.retargeting._targets import Targets
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.types import Array
 
@@ -61,7 +61,7 @@ class Weights:
     near: float = 0.5
     contact: float = 30.0
     previous: float = 0.05
-    speed: float = 2.0
+    speed: float = 10.0
     middle: float = 0.0005
 
 
@@ -112,6 +112,12 @@ class Residuals:
         if self._thumb >= 0 and self._others:
             tip[self._thumb] = weights.thumb
         self._tip_weight = tip / unit
+        i = self._others
+        self._vectors = targets.vectors[:, i]
+        self._wide = np.sqrt(np.sum(targets.openings[:, i] ** 2, axis=2) + _SOFT**2)
+        near, counted = targets.nearness[:, i], targets.counted[:, i]
+        counts = weights.opening + near * (weights.pinch - weights.opening)
+        self._opening_weights = counted * counts / unit, weights.vector / unit * counted[..., None]
 
     def at(self, x: Array, near: NearLinks | None = None) -> Quadratic:
         """Return cost, slope and curvature at coordinates (n, m).
@@ -123,38 +129,34 @@ class Residuals:
             Links that are near each other; None leaves them out.
         """
         robot, goal, weights = self.robot, self.targets, self.weights
-        frames = robot.link_frames(x)
-        tips = robot.fingertips_in(frames, x)
+        poses, rates = robot.fingertips_in(robot.link_frames(x), x)
+        (points, directions, backs), (d_points, d_directions, d_backs) = poses, rates
         n, m = x.shape
         errors: list[Array] = []
         slopes: list[Array] = []
 
         def add(error: Array, slope: Array) -> None:
+            """Add errors (n, ...) and their slopes (n, m, ...)."""
             errors.append(error.reshape(n, -1))
-            slopes.append(slope.reshape(n, -1, m))
+            slopes.append(slope.reshape(n, m, -1))
 
         if self._thumb >= 0 and self._others:
             i, t = self._others, slice(self._thumb, self._thumb + 1)
-            apart = tips.points[:, i] - tips.points[:, t]
-            d_apart = tips.d_points[:, i] - tips.d_points[:, t]
-            wanted = goal.openings[:, i]
+            apart, d_apart = points[:, i] - points[:, t], d_points[:, :, i] - d_points[:, :, t]
+            weight, vector = self._opening_weights
             far = np.sqrt(np.sum(apart**2, axis=2) + _SOFT**2)
-            wide = np.sqrt(np.sum(wanted**2, axis=2) + _SOFT**2)
-            weight = (weights.opening + goal.nearness[:, i] * (weights.pinch - weights.opening)) / self.unit
-            weight = weight * goal.counted[:, i]
-            d_far = np.einsum("nki,nkim->nkm", apart / far[..., None], d_apart)
-            add(weight * (far - wide), weight[..., None] * d_far)
-            vector = weights.vector / self.unit * goal.counted[:, i, None]
-            add(vector * (apart - wanted), vector[..., None] * d_apart)
+            along = apart / far[..., None]
+            d_far = np.sum(along[:, None] * d_apart, axis=3)
+            add(weight * (far - self._wide), weight[:, None] * d_far)
+            add(vector * (apart - self._vectors), vector[:, None] * d_apart)
         tip = self._tip_weight[:, None]
-        add(tip * (tips.points - goal.points), tip[..., None] * tips.d_points)
-        add(weights.direction * (tips.directions - goal.directions), weights.direction * tips.d_directions)
+        add(tip * (points - goal.points), tip * d_points)
+        add(weights.direction * (directions - goal.directions), weights.direction * d_directions)
         if weights.back:
-            add(weights.back * (tips.backs - goal.backs), weights.back * tips.d_backs)
-        error, slope = np.concatenate(errors, axis=1), np.concatenate(slopes, axis=1)
-        turned = slope.swapaxes(1, 2)
-        gradient = (turned @ error[..., None])[..., 0]
-        hessian = turned @ slope
+            add(weights.back * (backs - goal.backs), weights.back * d_backs)
+        error, slope = np.concatenate(errors, axis=1), np.concatenate(slopes, axis=2)
+        gradient = (slope @ error[..., None])[..., 0]
+        hessian = slope @ slope.swapaxes(1, 2)
         cost = 0.5 * np.sum(error**2, axis=1)
         off = weights.middle * (x - self.middle) / self.half
         cost += 0.5 * np.sum(off**2, axis=1)
@@ -172,11 +174,10 @@ class Residuals:
         kept = over > 0
         at, over = near.posture[kept], over[kept]
         rates = -(near.weight[kept] / self.unit)[:, None] * near.rates[kept]
-        np.add.at(cost, at, 0.5 * over**2)
-        np.add.at(gradient, at, rates * over[:, None])
-        np.add.at(hessian, at, rates[:, :, None] * rates[:, None, :])
-
-    def opening_errors(self, points: Array) -> Array:
-        """Return how far openings are off as distances, (n, k) [m]; 0 for the thumb."""
-        far = np.linalg.norm(openings_of(points, self.robot.fingers), axis=-1)
-        return np.abs(far - np.linalg.norm(self.targets.openings, axis=-1))
+        if not len(at):
+            return
+        first = np.flatnonzero(np.diff(at, prepend=-1))  # contacts come posture by posture
+        which = at[first]
+        cost[which] += np.add.reduceat(0.5 * over**2, first)
+        gradient[which] += np.add.reduceat(rates * over[:, None], first)
+        hessian[which] += np.add.reduceat(rates[:, :, None] * rates[:, None, :], first)

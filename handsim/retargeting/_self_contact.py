@@ -25,6 +25,8 @@ OFTEN = 0.5
 _DRAWN = 200
 MOST = 24
 """Most contacts of one posture that are kept, the deepest."""
+AGREEING = 0.8
+"""Least cosine of the normals of two contacts that push two links the same way."""
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE.value
 
 
@@ -89,6 +91,21 @@ class NearLinks:
         return self.distance + np.einsum("cm,cm->c", self.rates, moved)
 
 
+def _agreeing(contacts: Contacts, nbody: int) -> Contacts:
+    """Leave out contacts that would push two links otherwise than their deepest does.
+
+    Links are often made of several shapes. Where two of them are deep in each other, the shortest
+    way out of one shape leads further into another.
+    """
+    pair = (contacts.posture * nbody + contacts.first) * nbody + contacts.second
+    order = np.lexsort((contacts.distance, pair))
+    leads = np.flatnonzero(np.diff(pair[order], prepend=-1))
+    of = np.repeat(order[leads], np.diff(np.append(leads, len(order))))
+    same = np.sum(contacts.normal[order] * contacts.normal[of], axis=1) > AGREEING
+    kept = np.sort(order[same])
+    return Contacts(*(getattr(contacts, name)[kept] for name in Contacts.__annotations__))
+
+
 class SelfContact:
     """Finds contacts of one robot hand with itself.
 
@@ -149,8 +166,11 @@ class SelfContact:
         if not found:
             none = np.empty(0, dtype=np.int64)
             return Contacts(none, none, none, np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
-        posture, bodies, point, normal, distance = (np.concatenate(p) for p in zip(*found, strict=True))
-        return Contacts(posture, bodies[:, 0], bodies[:, 1], point, normal, distance)
+        parts = [np.concatenate(part) for part in zip(*found, strict=True)]
+        posture, bodies, point, normal, distance = parts
+        return _agreeing(
+            Contacts(posture, bodies[:, 0], bodies[:, 1], point, normal, distance), model.nbody
+        )
 
     def near_links(self, contacts: Contacts, x: Array, weight: Array) -> NearLinks:
         """Return how distances change with the coordinates.

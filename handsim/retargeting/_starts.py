@@ -6,11 +6,17 @@ import numpy as np
 
 from handsim.retargeting._movement_fit import fit
 from handsim.retargeting._residuals import Residuals
+from handsim.retargeting._self_contact import SelfContact
+from handsim.retargeting.robot_hand import RobotHand
 from handsim.types import Array, Index
 
-MOST_KEYS = 10
+MOST_KEYS = 8
 """Most postures of a movement that are solved from several starts."""
-_STEPS = 14
+_STEPS = 8
+_ROUNDS = 5
+"""How often collisions of these postures are found."""
+_SHALLOW = 0.0012
+"""Overlap at which they are left alone [m]."""
 _DRAWN = 2
 """Starts drawn at random, besides three that are not."""
 _APART = 0.02
@@ -18,7 +24,10 @@ _APART = 0.02
 
 
 def first_guess(
-    residuals_of: Callable[[Index], Residuals], n: int, lower: Array, upper: Array, reference: Array
+    residuals_of: Callable[[Index], Residuals],
+    n: int,
+    robot: RobotHand,
+    contact: SelfContact,
 ) -> Array:
     """Return coordinates to start from, (n, m).
 
@@ -32,8 +41,11 @@ def first_guess(
         Returns what a fit of the postures chosen leaves over.
     n
         Number of postures.
-    lower, upper, reference : (m,)
+    robot
+    contact
+        Finds where it runs into itself.
     """
+    lower, upper, reference = robot.lower, robot.upper, robot.reference
     keys = np.unique(np.linspace(0, n - 1, min(n, MOST_KEYS)).round().astype(np.int64))
     starts = _starts(lower, upper, reference)
     many = np.repeat(keys, len(starts))
@@ -42,6 +54,18 @@ def first_guess(
     )
     solved = solved.reshape(len(keys), len(starts), -1)
     chosen = _smoothest(solved, cost.reshape(len(keys), len(starts)))
+    alone = residuals_of(keys)
+    weight = np.full(len(keys), alone.weights.contact)
+    for _ in range(_ROUNDS):  # out of one another, each posture by itself
+        contacts = contact.find(chosen)
+        depth = contacts.depth(len(keys))
+        if depth.max() < _SHALLOW:
+            break
+        near = contact.near_links(contacts, chosen, weight)
+        chosen, _ = fit(
+            lambda x, near=near: alone.at(x, near), chosen, lower, upper, None, _STEPS // 2
+        )
+        weight = np.where(depth > _SHALLOW, 1.5 * weight, weight)
     places = np.arange(n)
     return np.transpose([np.interp(places, keys, column) for column in chosen.T])
 

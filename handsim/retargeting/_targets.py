@@ -18,6 +18,8 @@ class Targets:
         Where fingertips would be if each finger moved as the person's about where it is rooted.
     openings : (n, k, 3) [m]
         From the thumb's fingertip to the others; 0 without a thumb.
+    vectors : (n, k, 3) [m]
+        As long as the openings, but turned as the robot's fingers are further apart at their roots.
     directions, backs : (n, k, 3)
         Unit vectors out of the fingers, and out of the backs of their tips.
     nearness : (n, k)
@@ -28,6 +30,7 @@ class Targets:
 
     points: Array
     openings: Array
+    vectors: Array
     directions: Array
     backs: Array
     nearness: Array
@@ -51,3 +54,11 @@ def openings_of(points: Array, fingers: tuple[Finger, ...]) -> Array:
         return np.zeros_like(points)
     thumb = fingers.index("thumb")
     return points - points[..., thumb : thumb + 1, :]
+
+
+def turned_openings(openings: Array, shift: Array) -> Array:
+    """Return openings (n, k, 3) of the same length, turned as if shifted by (k, 3) [m]."""
+    long = np.linalg.norm(openings, axis=2, keepdims=True)
+    moved = openings + shift
+    size = np.linalg.norm(moved, axis=2, keepdims=True)
+    return np.where(size > 1e-9, moved * (long / np.maximum(size, 1e-9)), openings)

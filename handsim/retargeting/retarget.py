@@ -34,7 +34,7 @@ from handsim.retargeting._reachable import Reachable
 from handsim.retargeting._residuals import Residuals, Weights
 from handsim.retargeting._self_contact import NearLinks, SelfContact
 from handsim.retargeting._starts import first_guess
-from handsim.retargeting._targets import Targets, openings_of
+from handsim.retargeting._targets import Targets, openings_of, turned_openings
 from handsim.retargeting.robot_hand import AttachedFrame, RobotHand
 from handsim.types import MEDIAN_HAND, Array, HandSize
 
@@ -44,11 +44,11 @@ SETTLING = np.deg2rad(0.5)
 """Change from posture to posture that is always allowed: a hand held still settles [rad]."""
 
 
-FREE_STEPS = 12
-"""Steps of the fit before collisions are looked at."""
-ROUNDS, STEPS = 6, 4
-"""How often collisions are found anew, and steps of the fit each time."""
-DEEPEST = 0.0015
+FIRST_STEPS, STEPS = 8, 4
+"""Steps of the fit before collisions are found anew, the first time and later."""
+ROUNDS = 8
+"""How often collisions are found at most."""
+DEEPEST = 0.0018
 """Overlap of links at which rounds end [m]."""
 
 
@@ -147,6 +147,7 @@ class Retargeter:
         self.opening_scale = self.scale if opening_scale is None else opening_scale
         self.unit = float(robot.reach.mean())
         self._near = self.weights.near * float(human_reach.mean())
+        self._spread = self._wider_spread()
         self._contact = SelfContact(robot)
         self._reachable = Reachable(robot, self.unit)
         if not robot.pads_are_known:  # the backs of fingertips may point anywhere
@@ -190,8 +191,9 @@ class Retargeter:
         postures = _checked(q, max_gain, max_step)
         sequence = np.atleast_2d(postures)
         steps = self._largest_steps(sequence, max_gain, max_step, time)
-        x, depth = self._fitted(self.targets_of(sequence), steps)
-        return self._result(x, depth, sequence, postures.shape[:-1])
+        goal = self.targets_of(sequence)
+        x, depth = self._fitted(goal, steps)
+        return self._result(x, depth, goal, postures.shape[:-1])
 
     def follow(self, q: Array, before: Array, max_step: float = np.inf, steps: int = 6) -> Array:
         """Return the coordinates of one posture (22,) that follow those before it, (m,).
@@ -239,8 +241,9 @@ class Retargeter:
     def targets_of(self, q: Array) -> Targets:
         """Return what the robot is to match for postures (n, 22) [rad]."""
         fingers = self.robot.fingers
-        pads = self.human.forward(q[:, self._glove])
-        points = pads.points[:, self._chosen]
+        human = self.human
+        poses, _ = human.poses_in(human.link_frames(q[:, self._glove]))
+        points, directions, backs = (pose[:, self._chosen] for pose in poses)
         scale = self.finger_scale[:, None]
         moved = self.robot.roots + scale * (points - self.human.roots[self._chosen])
         openings = openings_of(points, fingers)
@@ -249,11 +252,25 @@ class Retargeter:
         return Targets(
             moved,
             self.opening_scale * openings,
-            pads.directions[:, self._chosen],
-            pads.backs[:, self._chosen],
+            turned_openings(self.opening_scale * openings, self._spread),
+            directions,
+            backs,
             nearness * other,
             np.broadcast_to(other, nearness.shape),
         )
+
+    def _wider_spread(self) -> Array:
+        """Return how much further from their middle the robot's fingers are rooted, (k, 3) [m].
+
+        Across the palm alone: a robot's fingers are often broader, and would run into each other
+        were they as near each other as a person's.
+        """
+        others = [i for i, finger in enumerate(self.robot.fingers) if finger != "thumb"]
+        spread = np.zeros((len(self.robot.fingers), 3))
+        robot = self.robot.roots[others, 1]
+        person = self.scale * self.human.roots[self._chosen][others, 1]
+        spread[others, 1] = (robot - robot.mean()) - (person - person.mean())
+        return spread
 
     def _largest_steps(
         self, q: Array, max_gain: float, max_step: float, time: Array | None
@@ -276,37 +293,36 @@ class Retargeter:
         residuals = Residuals(robot, targets, weights, self.unit)
         x = first_guess(
             lambda chosen: Residuals(robot, targets[chosen], weights, self.unit),
-            n, robot.lower, robot.upper, robot.reference,
+            n, robot, self._contact,
         )  # fmt: skip
         movement = Movement(weights.previous, weights.speed, steps)
-        x, _ = fit(residuals.at, x, robot.lower, robot.upper, movement, FREE_STEPS)
         count = np.full(n, weights.contact)
-        best, least = x, np.inf
-        for _ in range(ROUNDS):
-            x = _kept_within(x, steps)
+        best, least, deepest = x, np.inf, np.zeros(n)
+        for i in range(ROUNDS):
             contacts = self._contact.find(x)
             depth = contacts.depth(n)
-            if depth.max() < least:
+            if i and depth.max() < least:
                 best, least, deepest = x, depth.max(), depth
             if least < DEEPEST:
                 break
-            count = np.where(depth > DEEPEST, 2 * count, count)
+            count = np.where(depth > DEEPEST, 2 * count, count) if i else count
             near = self._contact.near_links(contacts, x, count)
             x, _ = fit(
                 lambda at, near=near: residuals.at(at, near),
-                x, robot.lower, robot.upper, movement, STEPS,
+                x, robot.lower, robot.upper, movement, STEPS if i else FIRST_STEPS,
             )  # fmt: skip
+            x = _kept_within(x, steps)
         return best, deepest
 
     def _near_links(self, x: Array, weight: Array) -> NearLinks:
         return self._contact.near_links(self._contact.find(x), x, weight)
 
     def _result(
-        self, x: Array, depth: Array, q: Array, lead: tuple[int, ...]
+        self, x: Array, depth: Array, goal: Targets, lead: tuple[int, ...]
     ) -> Retargeted:
         """Judge what was found, and give it the shape of what was asked for."""
-        robot, goal = self.robot, self.targets_of(q)
-        points = robot.forward(x).points
+        robot = self.robot
+        (points, _, _), _ = robot.poses_in(robot.link_frames(x))
         apart = openings_of(points, robot.fingers)
         tip = np.linalg.norm(points - goal.points, axis=2)
         wanted, reached = (np.linalg.norm(o, axis=2) for o in (goal.openings, apart))

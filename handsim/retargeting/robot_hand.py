@@ -182,6 +182,7 @@ class RobotHand:
         self._start: Array = model.qpos0[self._qpos].copy()
         self.reference: Array = self._start[self._free]
         self.slides = model.jnt_type[self.joint_ids[self._free]] == _SLIDE
+        self._constant: Array | None = None
         self._straight = all(not c.coefficients[2:].any() for c in self._couplings)
         ends = (each[self._free] for each in self._ranges(joints))
         self.lower, self.upper = self._as_actuators_can(*ends)
@@ -195,12 +196,17 @@ class RobotHand:
 
     def joint_positions(self, x: Array) -> Array:
         """Return the positions of all joints, (..., n_joints) [rad or m], from (..., m)."""
-        positions = np.broadcast_to(self._start, (*np.shape(x)[:-1], len(self._start))).copy()
+        positions = np.empty((*np.shape(x)[:-1], len(self._start)))
+        positions[...] = self._start
         positions[..., self._free] = x
         for coupling in self._couplings:
             ahead = offset_of(positions, coupling.leader, self._start)
-            polynomial = np.polynomial.Polynomial(coupling.coefficients)
-            positions[..., coupling.joint] = self._start[coupling.joint] + polynomial(ahead)
+            first, second, *rest = coupling.coefficients
+            follows = first + second * ahead
+            for power, coefficient in enumerate(rest, start=2):
+                if coefficient:
+                    follows = follows + coefficient * ahead**power
+            positions[..., coupling.joint] = self._start[coupling.joint] + follows
         return positions
 
     def commands(self, x: Array) -> Array:
@@ -236,44 +242,74 @@ class RobotHand:
     def forward(self, x: Array) -> Fingertips:
         """Return the fingertips at coordinates (m,), or at (n, m) of several postures."""
         at = np.atleast_2d(np.asarray(x, dtype=float))
-        made = self.fingertips_in(self.link_frames(at), at)
-        if np.ndim(x) == 1:
-            return Fingertips(*(getattr(made, name)[0] for name in Fingertips.__annotations__))
-        return made
+        poses, rates = self.fingertips_in(self.link_frames(at), at)
+        parts = [*poses, *(rate.transpose(0, 2, 3, 1) for rate in rates)]
+        return Fingertips(*(part[0] if np.ndim(x) == 1 else part for part in parts))
 
-    def fingertips_in(self, frames: LinkFrames, x: Array) -> Fingertips:
-        """Return the fingertips, where links are at coordinates (n, m) given."""
+    def fingertips_in(
+        self, frames: LinkFrames, x: Array
+    ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        """Return points, directions and backs of the fingertips, and how they move.
+
+        Parameters
+        ----------
+        frames
+            Of the links at ``x``.
+        x : (n, m)
+
+        Returns
+        -------
+        poses
+            Three of (n, k, 3), in the palm's frame.
+        rates
+            Three of (n, m, k, 3).
+        """
+        links, rows = self.links, self._tip_rows
+        poses, inside = self.poses_in(frames)
+        rates = [links.velocities(inside, rows, poses[0])]
+        rates += [links.turns(inside, rows, direction) for direction in poses[1:]]
+        palm = np.broadcast_to(self._palm_row, rows.shape)
+        if links.moves[self._palm_row].any():
+            # What the palm would do to the same point is taken off: the palm may move, too.
+            rates[0] -= links.velocities(inside, palm, poses[0])
+            for i in (1, 2):
+                rates[i] -= links.turns(inside, palm, poses[i])
+        return poses, tuple(self._by_coordinate(rate, x) for rate in rates)
+
+    def poses_in(self, frames: LinkFrames) -> tuple[tuple[Array, ...], LinkFrames]:
+        """Return points, directions and backs of the fingertips, and joints in the palm's frame.
+
+        Returns
+        -------
+        poses
+            Three of (n, k, 3).
+        inside
+            The frames with anchors and axes as seen from the palm.
+        """
         origin, axes = self._palm_in(frames)
         position, turned = self._posed(frames, self._tip_rows, self._tips)
-        slopes = self.slopes(x)
-        links = self.links
-        palm = np.broadcast_to(self._palm_row, self._tip_rows.shape)
-        # What the palm would do to the same point is taken off: the palm may move, too.
-        shift = links.velocities(frames, self._tip_rows, position)
-        if links.moves[self._palm_row].any():
-            shift = shift - links.velocities(frames, palm, position)
-
-        def in_palm(rates: Array) -> Array:
-            """Turn rates (n, k, j, 3) into the palm's frame, per coordinate: (n, k, 3, m)."""
-            flat = rates.reshape(len(rates), -1, 3) @ axes
-            by_joint = flat.reshape(rates.shape).swapaxes(2, 3)
-            return by_joint @ (slopes if slopes.ndim == 2 else slopes[:, None])
-
-        parts: list[Array] = []
-        for column in (0, 2):
-            direction = turned[..., column]
-            turn = links.turns(frames, self._tip_rows, direction)
-            if links.moves[self._palm_row].any():
-                turn = turn - links.turns(frames, palm, direction)
-            parts += [(direction @ axes), in_palm(turn)]
         points = (position - origin[:, None]) @ axes
-        return Fingertips(points, parts[0], parts[2], in_palm(shift), parts[1], parts[3])
+        anchor = (frames.anchor - origin[:, None]) @ axes
+        inside = LinkFrames(frames.position, frames.rotation, anchor, frames.axis @ axes)
+        return (points, turned[..., 0] @ axes, turned[..., 2] @ axes), inside
+
+    def _by_coordinate(self, rates: Array, x: Array) -> Array:
+        """Turn rates by joints, (n, j, k, 3), into rates by coordinates, (n, m, k, 3)."""
+        made = rates[:, self._free]
+        slopes = self.slopes(x)
+        for coupling in self._couplings:
+            row = slopes[..., coupling.joint, :]  # (m,) or (n, m)
+            for i in np.flatnonzero(row.reshape(-1, row.shape[-1]).any(axis=0)):
+                made[:, i] += row[..., i, None, None] * rates[:, coupling.joint]
+        return made
 
     def slopes(self, x: Array) -> Array:
         """Return the derivatives of all joints by the coordinates, (n_joints, m).
 
         (n, n_joints, m) where couplings are curved, and differ from posture to posture.
         """
+        if self._straight and self._constant is not None:
+            return self._constant
         positions = self.joint_positions(x if not self._straight else self.reference[None])
         made = np.zeros((len(positions), len(self._start), len(self._free)))
         made[:, self._free, np.arange(len(self._free))] = 1.0
@@ -282,6 +318,8 @@ class RobotHand:
                 ahead = offset_of(positions, coupling.leader, self._start)
                 slope = np.polynomial.Polynomial(coupling.coefficients).deriv()(ahead)
                 made[:, coupling.joint] = slope[:, None] * made[:, coupling.leader]
+        if self._straight:
+            self._constant = made[0]
         return made[0] if self._straight else made
 
     def _palm_in(self, frames: LinkFrames) -> tuple[Array, Array]:
