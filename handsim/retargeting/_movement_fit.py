@@ -40,6 +40,11 @@ class Movement:
     def __init__(self, previous: float, speed: float, steps: Array) -> None:
         self.previous, self.speed, self.steps = previous, speed, steps
 
+    def part(self, chosen: slice) -> "Movement":
+        """Return what binds the postures of a stretch."""
+        inner = slice(chosen.start, max(chosen.stop - 1, chosen.start))
+        return Movement(self.previous, self.speed, self.steps[inner])
+
     def cost(self, x: Array) -> Array:
         """Return the cost of each step, (n - 1,)."""
         apart = np.diff(x, axis=0)
@@ -69,7 +74,7 @@ def fit(
     evaluate
         Returns the postures' own costs and derivatives.
     start : (n, m)
-    lower, upper : (m,)
+    lower, upper : (m,) or (n, m)
     movement
         None: postures are independent of one another.
     most

@@ -53,7 +53,7 @@ class Weights:
 
     opening: float = 4.0
     pinch: float = 10.0
-    vector: float = 0.8
+    vector: float = 2.0
     tip: float = 0.5
     thumb: float = 0.1
     direction: float = 0.08

@@ -35,8 +35,9 @@ from handsim.retargeting._residuals import Residuals, Weights
 from handsim.retargeting._self_contact import NearLinks, SelfContact
 from handsim.retargeting._starts import first_guess
 from handsim.retargeting._targets import Targets, openings_of, turned_openings
+from handsim.retargeting._untangle import untangled
 from handsim.retargeting.robot_hand import AttachedFrame, RobotHand
-from handsim.types import MEDIAN_HAND, Array, HandSize
+from handsim.types import MEDIAN_HAND, Array, HandSize, Index
 
 __all__ = ["Retargeted", "Retargeter", "Weights", "human_hand"]
 
@@ -44,12 +45,10 @@ SETTLING = np.deg2rad(0.5)
 """Change from posture to posture that is always allowed: a hand held still settles [rad]."""
 
 
-FIRST_STEPS, STEPS = 8, 4
-"""Steps of the fit before collisions are found anew, the first time and later."""
-ROUNDS = 8
-"""How often collisions are found at most."""
-DEEPEST = 0.0018
-"""Overlap of links at which rounds end [m]."""
+SPREAD = 0.25
+"""How far openings are turned by fingers that are rooted further apart than the person's: 0 to 1."""
+STEPS = 10
+"""Steps of the fit of the whole movement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +268,7 @@ class Retargeter:
         spread = np.zeros((len(self.robot.fingers), 3))
         robot = self.robot.roots[others, 1]
         person = self.scale * self.human.roots[self._chosen][others, 1]
-        spread[others, 1] = (robot - robot.mean()) - (person - person.mean())
+        spread[others, 1] = SPREAD * ((robot - robot.mean()) - (person - person.mean()))
         return spread
 
     def _largest_steps(
@@ -289,30 +288,18 @@ class Retargeter:
     def _fitted(self, targets: Targets, steps: Array) -> tuple[Array, Array]:
         """Return coordinates (n, m) and how deep links overlap, (n,) [m]."""
         robot, weights = self.robot, self.weights
-        n = len(targets.points)
-        residuals = Residuals(robot, targets, weights, self.unit)
-        x = first_guess(
-            lambda chosen: Residuals(robot, targets[chosen], weights, self.unit),
-            n, robot, self._contact,
-        )  # fmt: skip
+
+        def residuals_of(chosen: slice | Index) -> Residuals:
+            return Residuals(robot, targets[chosen], weights, self.unit)
+
+        residuals = residuals_of(slice(None))
+        x = first_guess(residuals_of, len(targets.points), robot, self._contact)
+        near = self._near_links(x, np.full(len(x), weights.contact))
         movement = Movement(weights.previous, weights.speed, steps)
-        count = np.full(n, weights.contact)
-        best, least, deepest = x, np.inf, np.zeros(n)
-        for i in range(ROUNDS):
-            contacts = self._contact.find(x)
-            depth = contacts.depth(n)
-            if i and depth.max() < least:
-                best, least, deepest = x, depth.max(), depth
-            if least < DEEPEST:
-                break
-            count = np.where(depth > DEEPEST, 2 * count, count) if i else count
-            near = self._contact.near_links(contacts, x, count)
-            x, _ = fit(
-                lambda at, near=near: residuals.at(at, near),
-                x, robot.lower, robot.upper, movement, STEPS if i else FIRST_STEPS,
-            )  # fmt: skip
-            x = _kept_within(x, steps)
-        return best, deepest
+        x, _ = fit(
+            lambda at: residuals.at(at, near), x, robot.lower, robot.upper, movement, STEPS
+        )
+        return untangled(residuals_of, robot, self._contact, movement, x)
 
     def _near_links(self, x: Array, weight: Array) -> NearLinks:
         return self._contact.near_links(self._contact.find(x), x, weight)
@@ -354,14 +341,6 @@ def _checked(q: Array, max_gain: float, max_step: float) -> Array:
     if not (max_gain > 0 and max_step > 0):
         raise InputError(f"gain {max_gain:g} and step {max_step:g}; give positive limits")
     return postures
-
-
-def _kept_within(x: Array, steps: Array) -> Array:
-    """Return a movement of which no coordinate changes by more than it may."""
-    kept = x.copy()
-    for i, step in enumerate(steps, start=1):
-        kept[i] = np.clip(kept[i], kept[i - 1] - step, kept[i - 1] + step)
-    return kept
 
 
 def human_hand(size: HandSize = MEDIAN_HAND) -> RobotHand:
