@@ -111,6 +111,10 @@ class Retargeter:
 
     Attributes
     ----------
+    human
+        The person's hand.
+    glove
+        Places of its joints in the glove's order.
     finger_scale : (n,)
         Length of the robot's fingers over the person's.
     scale
@@ -138,7 +142,7 @@ class Retargeter:
             size = replace(size, side=robot.side)
         self.human = human_hand(size)
         self.weights = weights or Weights()
-        self._glove = [JOINT_INDEX[name] for name in self.human.joint_names]
+        self.glove = [JOINT_INDEX[name] for name in self.human.joint_names]
         self._chosen = [FINGERS.index(finger) for finger in robot.fingers]
         human_reach = self.human.reach[self._chosen]
         self.finger_scale: Array = robot.reach / human_reach
@@ -241,7 +245,7 @@ class Retargeter:
         """Return what the robot is to match for postures (n, 22) [rad]."""
         fingers = self.robot.fingers
         human = self.human
-        poses, _ = human.poses_in(human.link_frames(q[:, self._glove]))
+        poses, _ = human.poses_in(human.link_frames(q[:, self.glove]))
         points, directions, backs = (pose[:, self._chosen] for pose in poses)
         scale = self.finger_scale[:, None]
         moved = self.robot.roots + scale * (points - self.human.roots[self._chosen])
