@@ -77,6 +77,6 @@ def _whose_limit(wanted: float, least: float, greatest: float, finger: Finger) -
             "correct the frames of its fingertips, or leave that finger out"
         )
     return (
-        f"the robot's {finger} alone reaches it ({1e3 * least:.0f} to {1e3 * greatest:.0f} mm), but "
-        "not together with the other fingers, its speed and free of collisions"
+        f"the robot's {finger} alone reaches it ({1e3 * least:.0f} to {1e3 * greatest:.0f} mm), "
+        "but not together with the other fingers, its speed and free of collisions"
     )

@@ -18,8 +18,8 @@ _DAMPING = 1e-3
 """First damping, relative to the diagonal of the curvature."""
 _LEVEL = 0.1
 """What is added to the diagonal for damping, relative to its largest entry."""
-_SETTLED = 5e-4
-"""The fit ends when no coordinate moves by more [rad or m]."""
+SETTLED = 5e-4
+"""Change of coordinates at which a fit ends [rad or m]."""
 _LONGEST = 0.5
 """Longest step of a coordinate [rad]: beyond, the quadratic is not believed."""
 
@@ -66,6 +66,7 @@ def fit(
     upper: Array,
     movement: Movement | None,
     most: int,
+    settled: float = SETTLED,
 ) -> tuple[Array, Array]:
     """Return coordinates of least cost within bounds, (n, m), and the costs of postures, (n,).
 
@@ -79,6 +80,8 @@ def fit(
         None: postures are independent of one another.
     most
         Largest number of steps.
+    settled
+        It ends when no coordinate moves by more [rad or m].
     """
     x = np.clip(start, lower, upper)
     here = evaluate(x)
@@ -97,8 +100,8 @@ def fit(
             if movement is None or _totals(both, mixed, movement).sum() <= before.sum():
                 x, here = mixed, both
         damping = np.where(better, np.maximum(damping * 0.2, 1e-9), damping * 10.0)
-        settled = moved < _SETTLED if movement is not None else (moved < _SETTLED) | (damping > 1e4)
-        if settled.all() or damping.min() > 1e6:
+        still = moved < settled if movement is not None else (moved < settled) | (damping > 1e4)
+        if still.all() or damping.min() > 1e6:
             break
     return x, here.cost
 

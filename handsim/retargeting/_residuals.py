@@ -62,7 +62,7 @@ class Weights:
     contact: float = 30.0
     previous: float = 0.05
     speed: float = 10.0
-    middle: float = 0.0005
+    middle: float = 0.0002
 
 
 @dataclass(frozen=True)

@@ -184,17 +184,15 @@ class SelfContact:
             How much an overlap counts in each posture.
         """
         robot, at = self._robot, contacts.posture
-        links, frames, slopes = robot.links, robot.link_frames(x), robot.slopes(x)
+        links, frames, slopes = robot.links, robot.link_frames(x), robot.joint_map.slopes(x)
         anchor, axis = frames.anchor[at], frames.axis[at]
         arm = cross(axis, contacts.point[:, None] - anchor)
         shift = np.where(links.slides[:, None], axis, arm)
         along = (shift @ contacts.normal[..., None])[..., 0]
         moved = self._moved_by.astype(float)
         change = (moved[contacts.second] - moved[contacts.first]) * along
-        if slopes.ndim == 2:
-            rates = change @ slopes
-        else:
-            rates = np.einsum("cj,cjm->cm", change, slopes[at])
+        each = slopes if slopes.ndim == 2 else slopes[at]
+        rates = (change[:, None] @ each)[:, 0]
         return NearLinks(at, x[at], contacts.distance, rates, weight[at])
 
     def _is_own(self, body: int) -> bool:

@@ -1,4 +1,4 @@
-"""Where the fit of a movement starts: among several solutions of some postures, the smoothest way."""
+"""Where the fit of a movement starts: the smoothest way among solutions of some postures."""
 
 from collections.abc import Callable
 

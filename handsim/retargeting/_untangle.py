@@ -53,7 +53,10 @@ def untangled(
         x = x.copy()
         for first, last in _stretches(depth > DEEPEST):
             part = slice(first, last)
-            lower, upper = np.tile(robot.lower, (last - first, 1)), np.tile(robot.upper, (last - first, 1))
+            lower, upper = (
+                np.tile(robot.lower, (last - first, 1)),
+                np.tile(robot.upper, (last - first, 1)),
+            )
             if first > 0:
                 lower[0] = upper[0] = x[first]
             if last < len(x):
@@ -83,6 +86,8 @@ def kept_within(x: Array, steps: Array) -> Array:
 
 def _stretches(deep: Mask) -> list[tuple[int, int]]:
     """Return first and past-the-last posture of stretches around those that are marked."""
-    reached = np.convolve(deep, np.ones(2 * _BESIDE + 1), mode="full")[_BESIDE : _BESIDE + len(deep)]
+    reached = np.convolve(deep, np.ones(2 * _BESIDE + 1), mode="full")[
+        _BESIDE : _BESIDE + len(deep)
+    ]
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (reached > 0.5).astype(int), [0]])))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

@@ -15,8 +15,8 @@ with s = length of the robot's / human fingers, and s_i the same of finger i, so
 moves about where it is rooted, however broad the palm is. Openings count the more the closer they
 are: grasps live there, and what touches in the human hand must touch in the robot's.
 
-The wrist's two angles are not mapped: they belong to whatever carries the robot's palm. Ball joints,
-closed loops and equalities of tendons are refused.
+The wrist's two angles are not mapped: they belong to whatever carries the robot's palm. Ball
+joints, closed loops and equalities of tendons are refused.
 """
 
 from dataclasses import dataclass, replace
@@ -26,17 +26,17 @@ import numpy.typing as npt
 
 from handsim.content import ByContent
 from handsim.errors import InputError
-from handsim.hand.mjcf import build_hand
-from handsim.joints import FINGERS, JOINT_INDEX, N_JOINTS, Finger
+from handsim.joints import N_JOINTS, Finger
 from handsim.retargeting._judgement import judge
-from handsim.retargeting._movement_fit import Movement, fit
+from handsim.retargeting._movement_fit import SETTLED, Movement, fit
 from handsim.retargeting._reachable import Reachable
 from handsim.retargeting._residuals import Residuals, Weights
 from handsim.retargeting._self_contact import NearLinks, SelfContact
 from handsim.retargeting._starts import first_guess
-from handsim.retargeting._targets import Targets, openings_of, turned_openings
+from handsim.retargeting._targets import Targets, openings_of
 from handsim.retargeting._untangle import untangled
-from handsim.retargeting.robot_hand import AttachedFrame, RobotHand
+from handsim.retargeting.person import Person, human_hand
+from handsim.retargeting.robot_hand import RobotHand
 from handsim.types import MEDIAN_HAND, Array, HandSize, Index
 
 __all__ = ["Retargeted", "Retargeter", "Weights", "human_hand"]
@@ -45,10 +45,8 @@ SETTLING = np.deg2rad(0.5)
 """Change from posture to posture that is always allowed: a hand held still settles [rad]."""
 
 
-SPREAD = 0.25
-"""How far openings are turned by fingers that are rooted further apart than the person's: 0 to 1."""
-STEPS = 10
-"""Steps of the fit of the whole movement."""
+STEPS, ALONE = 10, 40
+"""Steps of the fit of a whole movement, and of a posture by itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +109,8 @@ class Retargeter:
 
     Attributes
     ----------
-    human
-        The person's hand.
-    glove
-        Places of its joints in the glove's order.
+    person
+        The person's hand beside the robot's.
     finger_scale : (n,)
         Length of the robot's fingers over the person's.
     scale
@@ -138,19 +134,10 @@ class Retargeter:
         if opening_scale is not None and not 0 < opening_scale < np.inf:
             raise InputError(f"opening scale {opening_scale:g}; give a positive number, 1 = as is")
         self.robot = robot
-        if robot.frames.origin != "given":  # then the file says which hand it resembles
-            size = replace(size, side=robot.side)
-        self.human = human_hand(size)
         self.weights = weights or Weights()
-        self.glove = [JOINT_INDEX[name] for name in self.human.joint_names]
-        self._chosen = [FINGERS.index(finger) for finger in robot.fingers]
-        human_reach = self.human.reach[self._chosen]
-        self.finger_scale: Array = robot.reach / human_reach
-        self.scale = float(robot.reach.sum() / human_reach.sum())
-        self.opening_scale = self.scale if opening_scale is None else opening_scale
+        self.person = Person(robot, size, opening_scale, self.weights.near)
+        self.finger_scale, self.scale = self.person.finger_scale, self.person.scale
         self.unit = float(robot.reach.mean())
-        self._near = self.weights.near * float(human_reach.mean())
-        self._spread = self._wider_spread()
         self._contact = SelfContact(robot)
         self._reachable = Reachable(robot, self.unit)
         if not robot.pads_are_known:  # the backs of fingertips may point anywhere
@@ -243,37 +230,7 @@ class Retargeter:
 
     def targets_of(self, q: Array) -> Targets:
         """Return what the robot is to match for postures (n, 22) [rad]."""
-        fingers = self.robot.fingers
-        human = self.human
-        poses, _ = human.poses_in(human.link_frames(q[:, self.glove]))
-        points, directions, backs = (pose[:, self._chosen] for pose in poses)
-        scale = self.finger_scale[:, None]
-        moved = self.robot.roots + scale * (points - self.human.roots[self._chosen])
-        openings = openings_of(points, fingers)
-        nearness = np.exp(-np.sum((openings / self._near) ** 2, axis=2))
-        other = np.array([f != "thumb" and "thumb" in fingers for f in fingers], dtype=float)
-        return Targets(
-            moved,
-            self.opening_scale * openings,
-            turned_openings(self.opening_scale * openings, self._spread),
-            directions,
-            backs,
-            nearness * other,
-            np.broadcast_to(other, nearness.shape),
-        )
-
-    def _wider_spread(self) -> Array:
-        """Return how much further from their middle the robot's fingers are rooted, (k, 3) [m].
-
-        Across the palm alone: a robot's fingers are often broader, and would run into each other
-        were they as near each other as a person's.
-        """
-        others = [i for i, finger in enumerate(self.robot.fingers) if finger != "thumb"]
-        spread = np.zeros((len(self.robot.fingers), 3))
-        robot = self.robot.roots[others, 1]
-        person = self.scale * self.human.roots[self._chosen][others, 1]
-        spread[others, 1] = SPREAD * ((robot - robot.mean()) - (person - person.mean()))
-        return spread
+        return self.person.targets(q)
 
     def _largest_steps(
         self, q: Array, max_gain: float, max_step: float, time: Array | None
@@ -286,7 +243,9 @@ class Retargeter:
             return steps
         passed = np.diff(np.asarray(time, dtype=float))
         if passed.shape != changes.shape or not (passed > 0).all():
-            raise InputError(f"{len(q)} postures and times that do not increase; give one time each")
+            raise InputError(
+                f"{len(q)} postures and times that do not increase; give one time each"
+            )
         return np.minimum(steps, passed[:, None] * self.robot.speed)
 
     def _fitted(self, targets: Targets, steps: Array) -> tuple[Array, Array]:
@@ -300,17 +259,17 @@ class Retargeter:
         x = first_guess(residuals_of, len(targets.points), robot, self._contact)
         near = self._near_links(x, np.full(len(x), weights.contact))
         movement = Movement(weights.previous, weights.speed, steps)
+        most, settled = (STEPS, SETTLED) if len(x) > 1 else (ALONE, 1e-5)
         x, _ = fit(
-            lambda at: residuals.at(at, near), x, robot.lower, robot.upper, movement, STEPS
-        )
+            lambda at: residuals.at(at, near),
+            x, robot.lower, robot.upper, movement, most, settled,
+        )  # fmt: skip
         return untangled(residuals_of, robot, self._contact, movement, x)
 
     def _near_links(self, x: Array, weight: Array) -> NearLinks:
         return self._contact.near_links(self._contact.find(x), x, weight)
 
-    def _result(
-        self, x: Array, depth: Array, goal: Targets, lead: tuple[int, ...]
-    ) -> Retargeted:
+    def _result(self, x: Array, depth: Array, goal: Targets, lead: tuple[int, ...]) -> Retargeted:
         """Judge what was found, and give it the shape of what was asked for."""
         robot = self.robot
         (points, _, _), _ = robot.poses_in(robot.link_frames(x))
@@ -345,15 +304,3 @@ def _checked(q: Array, max_gain: float, max_step: float) -> Array:
     if not (max_gain > 0 and max_step > 0):
         raise InputError(f"gain {max_gain:g} and step {max_step:g}; give positive limits")
     return postures
-
-
-def human_hand(size: HandSize = MEDIAN_HAND) -> RobotHand:
-    """Return the human hand in the terms of a robot hand, its pads as fingertips.
-
-    Parameters
-    ----------
-    size
-        As in `handsim.hand.mjcf.build_hand`.
-    """
-    pads: dict[Finger, AttachedFrame | str] = {finger: f"{finger}_pad" for finger in FINGERS}
-    return RobotHand(build_hand(size), "palm", pads)

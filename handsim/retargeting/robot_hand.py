@@ -18,15 +18,14 @@ import numpy as np
 from handsim.content import ByContent
 from handsim.errors import InputError, UnknownNameError
 from handsim.joints import FINGERS, Finger
-from handsim.retargeting._actuation import Servos, driving_actuators, find_servos
-from handsim.retargeting._couplings import find_couplings, offset_of, within_ranges
 from handsim.retargeting._finger_joints import check_joints, joints_between, own_joints, place_of
+from handsim.retargeting._joint_map import JointMap
 from handsim.retargeting._links import LinkFrames, Links
 from handsim.robot_hands.finger_lines import finger_line, length_of
 from handsim.robot_hands.frames import AttachedFrame, HandFrames, read_frames
 from handsim.robot_hands.hand_file import HandFile, read_hand_file
 from handsim.robot_hands.proposals import propose_frames
-from handsim.types import Array, Index, Side
+from handsim.types import Array, Index
 
 __all__ = ["AttachedFrame", "Fingertips", "RobotHand"]
 
@@ -171,22 +170,13 @@ class RobotHand:
         joints = sorted(set[int]().union(*ways))
         check_joints(model, joints)
         self.joint_ids: Index = np.array(joints, dtype=np.int64)
-        self.joint_names = tuple(model.joint(j).name for j in joints)
-        self._qpos = model.jnt_qposadr[joints]
-        self._couplings = find_couplings(model, joints)
-        self.actuator_ids = driving_actuators(model, joints)
+        self.joint_map = JointMap(model, joints, file.speeds)
+        self.joint_names, self.actuator_ids = self.joint_map.names, self.joint_map.actuators
         self.actuator_names = tuple(model.actuator(i).name for i in self.actuator_ids)
-        self._servos = find_servos(model, self.actuator_ids, joints)
-        led = {coupling.joint for coupling in self._couplings}
-        self._free: Index = np.array([i for i in range(len(joints)) if i not in led], dtype=int)
-        self._start: Array = model.qpos0[self._qpos].copy()
-        self.reference: Array = self._start[self._free]
-        self.slides = model.jnt_type[self.joint_ids[self._free]] == _SLIDE
-        self._constant: Array | None = None
-        self._straight = all(not c.coefficients[2:].any() for c in self._couplings)
-        ends = (each[self._free] for each in self._ranges(joints))
-        self.lower, self.upper = self._as_actuators_can(*ends)
-        self.speed = self._speeds(file.speeds)
+        self.lower, self.upper = self.joint_map.lower, self.joint_map.upper
+        self.speed = self.joint_map.speed
+        self.reference: Array = self.joint_map.start[self.joint_map.free]
+        self.slides = model.jnt_type[self.joint_ids[self.joint_map.free]] == _SLIDE
         moved = [b for b in range(model.nbody) if joints_between(model, 0, b)]
         inside = [b for b in moved if set(joints_between(model, 0, b)) & set(joints)]
         self.links = Links(model, joints, [self._palm[0], *(t[0] for t in self._tips), *inside])
@@ -196,18 +186,7 @@ class RobotHand:
 
     def joint_positions(self, x: Array) -> Array:
         """Return the positions of all joints, (..., n_joints) [rad or m], from (..., m)."""
-        positions = np.empty((*np.shape(x)[:-1], len(self._start)))
-        positions[...] = self._start
-        positions[..., self._free] = x
-        for coupling in self._couplings:
-            ahead = offset_of(positions, coupling.leader, self._start)
-            first, second, *rest = coupling.coefficients
-            follows = first + second * ahead
-            for power, coefficient in enumerate(rest, start=2):
-                if coefficient:
-                    follows = follows + coefficient * ahead**power
-            positions[..., coupling.joint] = self._start[coupling.joint] + follows
-        return positions
+        return self.joint_map.positions(x)
 
     def commands(self, x: Array) -> Array:
         """Return the controls of position servos that hold postures, (..., n_actuators).
@@ -218,7 +197,7 @@ class RobotHand:
         ----------
         x : (..., m)
         """
-        return self._servos.commands(self.joint_positions(np.asarray(x, dtype=float)))
+        return self.joint_map.commands(x)
 
     def palm_pose(self) -> tuple[Array, Array]:
         """Return the palm's origin, (3,) [m], and axes, (3, 3), in the world, reference posture."""
@@ -274,7 +253,7 @@ class RobotHand:
             rates[0] -= links.velocities(inside, palm, poses[0])
             for i in (1, 2):
                 rates[i] -= links.turns(inside, palm, poses[i])
-        return poses, tuple(self._by_coordinate(rate, x) for rate in rates)
+        return poses, tuple(self.joint_map.by_coordinate(rate, x) for rate in rates)
 
     def poses_in(self, frames: LinkFrames) -> tuple[tuple[Array, ...], LinkFrames]:
         """Return points, directions and backs of the fingertips, and joints in the palm's frame.
@@ -293,35 +272,6 @@ class RobotHand:
         inside = LinkFrames(frames.position, frames.rotation, anchor, frames.axis @ axes)
         return (points, turned[..., 0] @ axes, turned[..., 2] @ axes), inside
 
-    def _by_coordinate(self, rates: Array, x: Array) -> Array:
-        """Turn rates by joints, (n, j, k, 3), into rates by coordinates, (n, m, k, 3)."""
-        made = rates[:, self._free]
-        slopes = self.slopes(x)
-        for coupling in self._couplings:
-            row = slopes[..., coupling.joint, :]  # (m,) or (n, m)
-            for i in np.flatnonzero(row.reshape(-1, row.shape[-1]).any(axis=0)):
-                made[:, i] += row[..., i, None, None] * rates[:, coupling.joint]
-        return made
-
-    def slopes(self, x: Array) -> Array:
-        """Return the derivatives of all joints by the coordinates, (n_joints, m).
-
-        (n, n_joints, m) where couplings are curved, and differ from posture to posture.
-        """
-        if self._straight and self._constant is not None:
-            return self._constant
-        positions = self.joint_positions(x if not self._straight else self.reference[None])
-        made = np.zeros((len(positions), len(self._start), len(self._free)))
-        made[:, self._free, np.arange(len(self._free))] = 1.0
-        for coupling in self._couplings:
-            if coupling.leader >= 0:
-                ahead = offset_of(positions, coupling.leader, self._start)
-                slope = np.polynomial.Polynomial(coupling.coefficients).deriv()(ahead)
-                made[:, coupling.joint] = slope[:, None] * made[:, coupling.leader]
-        if self._straight:
-            self._constant = made[0]
-        return made[0] if self._straight else made
-
     def _palm_in(self, frames: LinkFrames) -> tuple[Array, Array]:
         """Return the palm's origin, (n, 3), and axes, (n, 3, 3), in the world."""
         origin, axes = self._posed(frames, self._palm_row, [self._palm])
@@ -335,52 +285,18 @@ class RobotHand:
         pos, axes = np.array([p for _, p, _ in places]), np.array([a for _, _, a in places])
         return frames.position[:, rows] + (turned @ pos[..., None])[..., 0], turned @ axes
 
-    def _ranges(self, joints: list[int]) -> tuple[Array, Array]:
-        """Return the ends of all joints' ranges, (n_joints,) each, followers taken into account."""
-        model, start = self.model, self._start
-        half = np.where(model.jnt_type[joints] == _SLIDE, 0.1, np.pi)
-        limited = model.jnt_limited[joints].astype(bool)
-        lower = np.where(limited, model.jnt_range[joints, 0], start - half)
-        upper = np.where(limited, model.jnt_range[joints, 1], start + half)
-        return within_ranges(self._couplings, start, lower, upper)
-
-    def _as_actuators_can(self, lower: Array, upper: Array) -> tuple[Array, Array]:
-        """Narrow ranges to what servos of one coordinate each can hold."""
-        if not self._straight:
-            return lower, upper
-        slopes = self._servos.slopes @ self.slopes(self.reference[None])
-        offsets = self._servos.slopes @ self.joint_positions(self.reference) + self._servos.offsets
-        for k, row in enumerate(slopes):
-            (moved,) = np.nonzero(np.nan_to_num(row))
-            if len(moved) != 1 or not np.isfinite(row).all():
-                continue
-            i = moved[0]
-            ends = np.array([self._servos.lower[k], self._servos.upper[k]])
-            low, high = np.sort((ends - offsets[k]) / row[i] + self.reference[i])
-            if max(low, lower[i]) < min(high, upper[i]):
-                lower[i], upper[i] = max(low, lower[i]), min(high, upper[i])
-        return lower, upper
-
-    def _speeds(self, said: Mapping[str, float]) -> Array:
-        """Return the largest speeds of the coordinates, those of followers taken into account."""
-        joints = np.array([said.get(name, np.inf) for name in self.joint_names])
-        slopes = np.abs(self.slopes(self.reference[None]).reshape(-1, *self.joint_shape)[0])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            each = np.where(slopes > 0, joints[:, None] / slopes, np.inf)
-        return each.min(axis=0)
-
-    @property
-    def joint_shape(self) -> tuple[int, int]:
-        """Number of joints and of coordinates."""
-        return len(self._start), len(self._free)
-
     def _measure(self, own: list[list[int]]) -> tuple[Array, Array]:
         """Return where the fingers begin, (n, 3), and how long they are, (n,), in the reference."""
         frames = self.link_frames(self.reference[None])
         origin, axes = self._palm_in(frames)
         tips, _ = self._posed(frames, self._tip_rows, self._tips)
         lines = [
-            finger_line(frames.anchor[0, joints], frames.axis[0, joints], tips[0, i])
+            finger_line(
+                frames.anchor[0, joints],
+                frames.axis[0, joints],
+                tips[0, i],
+                self.links.slides[joints],
+            )
             for i, joints in enumerate(own)
         ]
         roots = np.array([line[0] for line in lines])
@@ -400,10 +316,5 @@ def _given(
     def attached(frame: AttachedFrame | str) -> AttachedFrame:
         return AttachedFrame(frame) if isinstance(frame, str) else frame
 
-    side: Side = "right"
-    return HandFrames(
-        attached(palm),
-        {f: attached(frame) for f, frame in fingertips.items()},
-        knuckles,
-        side,
-    )
+    tips = {f: attached(frame) for f, frame in fingertips.items()}
+    return HandFrames(attached(palm), tips, knuckles)

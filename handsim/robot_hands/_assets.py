@@ -66,7 +66,9 @@ class Assets:
         if path not in self._read:
             self._read[path] = self.folders.read(path)
         if sum(map(len, self._read.values())) > MOST_IN_ALL:
-            raise FileError(f"{path}: meshes of more than {MOST_IN_ALL >> 20} MB; give smaller ones")
+            raise FileError(
+                f"{path}: meshes of more than {MOST_IN_ALL >> 20} MB; give smaller ones"
+            )
         if stem in self._broken:
             return self._placeholder(reference, stem, "no solid that can be read")
         kind = path.suffix.lstrip(".")

@@ -20,13 +20,17 @@ _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.
 _SHORT = 0.4
 """A branch of a finger shorter than this part of the longest is no finger, but a linkage."""
 
-_START, _END = r"(?:^|[^a-z]|rh|lh)", r"(?=knuckle|metacarpal|base|prox|hub|mid|med|dist|tip|j?\d|[^a-z]|$)"
+_START, _END = (
+    r"(?:^|[^a-z]|rh|lh)",
+    r"(?=knuckle|metacarpal|base|prox|hub|mid|med|dist|tip|j?\d|[^a-z]|$)",
+)
 _NAMES: dict[Finger, str] = {
     "thumb": rf"thumb|{_START}th{_END}",
     "index": rf"index|forefinger|pointer|first_?finger|{_START}[fi]f{_END}",
     "ring": rf"{_START}ring|ring_?finger|third_?finger|{_START}rf{_END}",
     "little": rf"little|pink(?:y|ie)|{_START}lf{_END}",
-    "middle": rf"middle_?(?:finger|prox|dist|inter|tip|[_\d])|^middle$|second_?finger|{_START}mf{_END}",
+    "middle": r"middle_?(?:finger|prox|dist|inter|tip|[_\d])|^middle$|second_?finger"
+    rf"|{_START}mf{_END}",
 }
 """Words for fingers, those first that a middle phalanx cannot be mistaken for."""
 

@@ -62,9 +62,7 @@ def mend_inertia(spec: mujoco.MjSpec) -> list[str]:
             balanced.append(body.name)
     notes: list[str] = []
     if balanced:
-        notes.append(
-            f"inertia of {_some(balanced)} broke A + B >= C, which no body does; balanced"
-        )
+        notes.append(f"inertia of {_some(balanced)} broke A + B >= C, which no body does; balanced")
     if replaced:
         notes.append(f"inertia of {_some(replaced)} was not positive; that of a ball instead")
     return notes

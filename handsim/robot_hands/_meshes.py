@@ -50,9 +50,7 @@ def _converted(content: bytes, kind: str) -> tuple[bytes, str] | None:
         return None
     try:
         with quiet_logs("trimesh"), np.errstate(all="ignore"):
-            loaded = trimesh.load(
-                io.BytesIO(content), file_type=kind, force="mesh", process=False
-            )
+            loaded = trimesh.load(io.BytesIO(content), file_type=kind, force="mesh", process=False)
         vertices = np.asarray(getattr(loaded, "vertices", ()), dtype=float)
         faces = np.asarray(getattr(loaded, "faces", ()), dtype=int)
     except Exception:  # whatever a parser of foreign formats says of a damaged file

@@ -74,11 +74,11 @@ def _check_joints(root: ET.Element, path: Path) -> dict[str, float]:
         ends = [getattr(joint.find(end), "attrib", {}).get("link", "") for end in _ENDS]
         unknown = next((end for end in ends if end not in links), None)
         if unknown is not None:
-            raise FileError(f"{path}: joint '{name[:60]}' names link '{unknown[:60]}', which is none")
-        if ends[1] in children:
             raise FileError(
-                f"{path}: link '{ends[1][:60]}' hangs on two joints; a URDF is a tree"
+                f"{path}: joint '{name[:60]}' names link '{unknown[:60]}', which is none"
             )
+        if ends[1] in children:
+            raise FileError(f"{path}: link '{ends[1][:60]}' hangs on two joints; a URDF is a tree")
         children.add(ends[1])
         mimic = joint.find("mimic")
         if mimic is not None:

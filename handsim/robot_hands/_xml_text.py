@@ -47,10 +47,8 @@ def check(root: ET.Element, path: Path) -> None:
     FileError
         In one line.
     """
-    count = 0
-    for element, depth in _walk(root):
-        count += 1
-        if count > MOST_ELEMENTS or depth > MOST_DEPTH:
+    for count, (element, depth) in enumerate(_walk(root)):
+        if count >= MOST_ELEMENTS or depth > MOST_DEPTH:
             raise FileError(
                 f"{path}: more than {MOST_ELEMENTS} elements or {MOST_DEPTH} levels; "
                 "give the hand alone"

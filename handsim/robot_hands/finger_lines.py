@@ -1,14 +1,16 @@
 """The line that a finger runs along, from anchors of joints that may be anywhere on their axes."""
 
+from itertools import pairwise
+
 import numpy as np
 
-from handsim.types import Array
+from handsim.types import Array, Mask
 
 _PARALLEL = 0.7
 """Joints whose axes have at least this cosine with that of the last one bend the finger."""
 
 
-def finger_line(anchors: Array, axes: Array, tip: Array) -> Array:
+def finger_line(anchors: Array, axes: Array, tip: Array, slides: Mask) -> Array:
     """Return the places that a finger runs through, from where it begins to its tip, (k, 3) [m].
 
     Between them are the joints that bend as the last one does. Where an anchor lies along that
@@ -20,7 +22,12 @@ def finger_line(anchors: Array, axes: Array, tip: Array) -> Array:
     anchors, axes : (n, 3)
         Of the joints of a finger, from the palm outwards, the finger being straight [m; unit].
     tip : (3,) [m]
+    slides : (n,)
+        Which of the joints do not turn.
     """
+    if slides.all():
+        return np.vstack([anchors, tip])
+    anchors, axes = anchors[~slides], axes[~slides]
     last = axes[-1]
     bends = np.abs(axes @ last) > _PARALLEL
     places = anchors + ((tip - anchors) @ last)[:, None] * last
@@ -38,7 +45,7 @@ def length_of(line: Array) -> float:
 
 def first_part(line: Array, least: float) -> Array:
     """Return the unit vector along the first part of a line that is longer than ``least`` [m]."""
-    for inner, outer in zip(line[:-1], line[1:], strict=True):
+    for inner, outer in pairwise(line):
         size = float(np.linalg.norm(outer - inner))
         if size > least:
             return (outer - inner) / size

@@ -64,7 +64,7 @@ def frames_as_toml(frames: HandFrames) -> str:
     lines = [
         "# Palm: x to the fingers, z out of the back of the hand. Fingertips: origin where they",
         "# touch things, x out of the finger, z to its back. `on` is a body or site of the hand's",
-        "# file; pos is in m in its frame, quat is w, x, y, z. A finger that is left out is not used.",
+        "# file; pos is in m in its frame, quat is w, x, y, z. Fingers left out are not used.",
         f'side = "{frames.side}"',
         "",
         "[palm]",
@@ -122,7 +122,7 @@ def read_frames(path: Path | str) -> HandFrames:
     tips = cast("dict[str, Any]", table["fingertips"])
     knuckles = table.get("knuckles", {})
     if not isinstance(knuckles, dict) or not all(isinstance(v, str) for v in knuckles.values()):
-        raise FileError(f"{file}: [knuckles] is to hold finger = \"joint\"")
+        raise FileError(f'{file}: [knuckles] is to hold finger = "joint"')
     for finger in (*tips, *cast("dict[str, str]", knuckles)):
         if finger not in FINGERS:
             raise UnknownNameError(f"finger in {file}", finger[:60], FINGERS)
@@ -130,7 +130,7 @@ def read_frames(path: Path | str) -> HandFrames:
         _frame(table["palm"], "palm", file),
         {f: _frame(tips[f], f"fingertips.{f}", file) for f in FINGERS if f in tips},
         cast("dict[Finger, str]", knuckles),
-        cast("Side", side),
+        side,
         str(file),
     )
 

@@ -85,7 +85,9 @@ def read_hand_file(path: Path | str, folders: Sequence[Path] = ()) -> HandFile:
                 raise
             reason = " ".join(str(error).split())[:200]
             culprits = {
-                name.rpartition(".")[0] for name in assets.content if name.rpartition(".")[0] in reason
+                name.rpartition(".")[0]
+                for name in assets.content
+                if name.rpartition(".")[0] in reason
             } or _named(reason, root)
             if not assets.content or (not culprits and convert):
                 break

@@ -2,7 +2,7 @@
 
 Names alone: where the frames are in the links is measured on the file itself, since files of the
 same hand differ in it. Link names were taken from the vendors' and common public descriptions of
-these hands (MuJoCo Menagerie, dex-urdf, the Adroit and OpenAI Gym models, the makers' ROS packages).
+these hands (MuJoCo Menagerie, dex-urdf, Adroit, OpenAI Gym, the makers' ROS packages).
 """
 
 import re
@@ -61,9 +61,11 @@ PRESETS: tuple[Preset, ...] = (
         "Allegro",
         ("base_link", "palm", "palm_link"),
         _all(
-            "link_15.0_tip|link_15_tip|link_15.0|link_15", "link_3.0_tip|link_3_tip|link_3.0|link_3",
-            "link_7.0_tip|link_7_tip|link_7.0|link_7", "link_11.0_tip|link_11_tip|link_11.0|link_11",
-        ),  # fmt: skip
+            "link_15.0_tip|link_15_tip|link_15.0|link_15",
+            "link_3.0_tip|link_3_tip|link_3.0|link_3",
+            "link_7.0_tip|link_7_tip|link_7.0|link_7",
+            "link_11.0_tip|link_11_tip|link_11.0|link_11",
+        ),
     ),
     Preset(
         "LEAP",
@@ -122,8 +124,12 @@ def recognise(bodies: Sequence[str], joints: Sequence[str]) -> NamedLinks | None
         Names in the file.
     """
     for preset in PRESETS:
-        tips = {f: _find(names, bodies) for f, names in preset.fingertips.items()}
-        knuckles = {f: _find((name,), joints) for f, name in preset.knuckles.items()}
+        tips: dict[Finger, str] = {
+            f: _find(names, bodies) for f, names in preset.fingertips.items()
+        }
+        knuckles: dict[Finger, str] = {
+            f: _find((name,), joints) for f, name in preset.knuckles.items()
+        }
         needed = [_find((name,), joints) for name in preset.joints]
         if all(tips.values()) and all(knuckles.values()) and all(needed):
             return NamedLinks(preset.name, _find(preset.palm, bodies), tips, knuckles)

@@ -24,6 +24,7 @@ from handsim.robot_hands.frames import AttachedFrame, HandFrames
 from handsim.robot_hands.presets import NamedLinks, recognise
 from handsim.types import MEDIAN_HAND, Array, Side
 
+_SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 _NEAR = 0.008
 """Joints closer than this turn about one place [m]."""
 
@@ -51,6 +52,7 @@ def propose_frames(model: mujoco.MjModel, placeholders: Collection[str] = ()) ->
     joints = [model.joint(j).name for j in range(model.njnt)]
     named = recognise(bodies, joints)
     palm, chains = find_chains(model, data)
+    fingers: dict[Finger, Chain] = {}
     if named is not None:
         fingers = {f: chain_to(model, bodies.index(n), palm) for f, n in named.fingertips.items()}
         if not all(chain.joints for chain in fingers.values()):
@@ -59,16 +61,23 @@ def propose_frames(model: mujoco.MjModel, placeholders: Collection[str] = ()) ->
         fingers = name_fingers(model, data, chains)
     axes = _palm_axes(model, data, fingers)
     knuckles = dict(named.knuckles) if named else _knuckles(model, data, fingers)
-    begin = {f: _first_joint(model, c, knuckles.get(f)) for f, c in fingers.items()}
-    tips = {f: _Fingertip(model, data, c, axes, placeholders) for f, c in fingers.items()}
-    origin = _palm_origin(data, fingers, begin, tips, axes)
-    side = _side(data, fingers, begin, origin, axes, " ".join([*bodies, *joints]))
+    begin: dict[Finger, int] = {
+        f: _first_joint(model, c, knuckles.get(f)) for f, c in fingers.items()
+    }
+    tips: dict[Finger, _Fingertip] = {
+        f: _Fingertip(model, data, c, axes, placeholders) for f, c in fingers.items()
+    }
+    origin = _palm_origin(model, data, fingers, begin, tips, axes)
+    side = _side(model, data, fingers, begin, origin, axes, " ".join([*bodies, *joints]))
     if side == "left":
-        origin = _palm_origin(data, fingers, begin, tips, axes, mirror=-1.0)
+        origin = _palm_origin(model, data, fingers, begin, tips, axes, mirror=-1.0)
     on = _palm_body(model, palm, named)
+    pads: dict[Finger, AttachedFrame] = {
+        f: _attached(model, data, tip.body, tip.pad, tip.axes) for f, tip in tips.items()
+    }
     return HandFrames(
         _attached(model, data, on, origin, axes),
-        {f: _attached(model, data, tip.body, tip.pad, tip.axes) for f, tip in tips.items()},
+        pads,
         knuckles,
         side,
         f"link names of {named.hand}" if named else "the kinematic tree",
@@ -79,7 +88,7 @@ def _open_posture(model: mujoco.MjModel) -> Array:
     """Return the reference posture, with joints inside their ranges."""
     posture = model.qpos0.copy()
     for j in range(model.njnt):
-        if model.jnt_limited[j] and model.jnt_type[j] >= mujoco.mjtJoint.mjJNT_SLIDE.value:
+        if model.jnt_limited[j] and model.jnt_type[j] >= _SLIDE:
             at = model.jnt_qposadr[j]
             posture[at] = np.clip(posture[at], *model.jnt_range[j])
     return posture
@@ -94,15 +103,22 @@ def _wider_side(model: mujoco.MjModel, joint: int) -> float:
     return float((high - start) - (start - low))
 
 
-def _line(data: mujoco.MjData, chain: Chain, end: Array | None = None, first: int = -1) -> Array:
+def _line(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    chain: Chain,
+    end: Array | None = None,
+    first: int = -1,
+) -> Array:
     """Return the line of a finger to its end, or to the middle of its last link."""
     joints = list(chain.joints[chain.joints.index(first) if first >= 0 else 0 :])
     tip = data.xipos[chain.tip] if end is None else end
-    return finger_line(data.xanchor[joints], data.xaxis[joints], tip)
+    slides = model.jnt_type[joints] == _SLIDE
+    return finger_line(data.xanchor[joints], data.xaxis[joints], tip, slides)
 
 
-def _phalanx(data: mujoco.MjData, chain: Chain) -> Array:
-    return first_part(_line(data, chain), 2 * _NEAR)
+def _phalanx(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:
+    return first_part(_line(model, data, chain), 2 * _NEAR)
 
 
 def _palm_axes(
@@ -110,10 +126,10 @@ def _palm_axes(
 ) -> Array:
     """Return distal, to the thumb's side of a right hand, and dorsal, as columns, (3, 3)."""
     others = [c for f, c in fingers.items() if f != "thumb"] or list(fingers.values())
-    distal = np.sum([_phalanx(data, c) for c in others], axis=0)
+    distal = np.sum([_phalanx(model, data, c) for c in others], axis=0)
     palmar = np.zeros(3)
     for chain in others:
-        along = _phalanx(data, chain)
+        along = _phalanx(model, data, chain)
         for j in chain.joints:
             palmar += _wider_side(model, j) * np.cross(data.xaxis[j], along)
     distal = distal / max(float(np.linalg.norm(distal)), 1e-9)
@@ -171,7 +187,7 @@ class _Fingertip:
         corners = surface.reshape(-1, 3)
         middle = _centre(surface) if len(corners) else data.xipos[chain.tip]
         along = (named if named is not None else middle) - anchor
-        slides = model.jnt_type[chain.joints[-1]] == mujoco.mjtJoint.mjJNT_SLIDE.value
+        slides = model.jnt_type[chain.joints[-1]] == _SLIDE
         flat = along if slides else along - (along @ axis) * axis
         size = float(np.linalg.norm(flat))
         out = flat / size if size > 1e-3 else palm[:, 0]
@@ -212,9 +228,7 @@ def _centre(triangles: Array) -> Array:
 
 def _named_tip(model: mujoco.MjModel, data: mujoco.MjData, group: list[int]) -> Array | None:
     """Return where a body or site of a link is that is called a tip, away from the link's own."""
-    places = [
-        data.xpos[b] for b in group[1:] if "tip" in model.body(b).name.lower()
-    ] + [
+    places = [data.xpos[b] for b in group[1:] if "tip" in model.body(b).name.lower()] + [
         data.site_xpos[s]
         for s in range(model.nsite)
         if int(model.site_bodyid[s]) in group and "tip" in model.site(s).name.lower()
@@ -226,6 +240,7 @@ def _named_tip(model: mujoco.MjModel, data: mujoco.MjData, group: list[int]) -> 
 
 
 def _palm_origin(
+    model: mujoco.MjModel,
     data: mujoco.MjData,
     fingers: Mapping[Finger, Chain],
     begin: Mapping[Finger, int],
@@ -236,7 +251,7 @@ def _palm_origin(
     """Return where the wrist of a person would be whose fingers were as long, (3,) [m]."""
     person = HandGeometry(MEDIAN_HAND)
     others: list[Finger] = [f for f in fingers if f != "thumb"] or list(fingers)
-    lines = [_line(data, fingers[f], tips[f].end, begin[f]) for f in others]
+    lines = [_line(model, data, fingers[f], tips[f].end, begin[f]) for f in others]
     roots = np.array([line[0] for line in lines])
     bones = [sum(LENGTHS[f]) * MEDIAN_HAND.length for f in others]
     scale = sum(map(length_of, lines)) / sum(bones)
@@ -246,6 +261,7 @@ def _palm_origin(
 
 
 def _side(
+    model: mujoco.MjModel,
     data: mujoco.MjData,
     fingers: Mapping[Finger, Chain],
     begin: Mapping[Finger, int],
@@ -256,7 +272,7 @@ def _side(
     """Return which human hand it resembles: the thumb is at +y of a right one."""
     others: list[Finger] = [f for f in fingers if f != "thumb"]
     across = {
-        f: float((_line(data, c, None, begin[f])[0] - origin) @ axes[:, 1])
+        f: float((_line(model, data, c, None, begin[f])[0] - origin) @ axes[:, 1])
         for f, c in fingers.items()
     }
     if "thumb" in across and others:

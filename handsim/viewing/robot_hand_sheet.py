@@ -1,4 +1,4 @@
-"""A picture of a robot hand for its user to confirm: where palm and fingertips are, and how it moves.
+"""A picture of a robot hand for its user to confirm: palm, fingertips, and how it moves.
 
 Above, the open hand from four sides with the frames drawn in: x red, y green, z blue, long for the
 palm, short for the fingertips. Below, postures of a person's hand, and the robot's under them.
@@ -48,8 +48,8 @@ def robot_hand_sheet(robot: RobotHand) -> Frame:
     postures = np.array([POSTURES[name] for name in SHOWN])
     moved = retargeter.retarget(postures, max_gain=np.inf)
     straight = robot.joint_positions(np.clip(robot.reference, robot.lower, robot.upper))
-    human = retargeter.human
-    person = human.joint_positions(postures[:, retargeter.glove])
+    human = retargeter.person.hand
+    person = human.joint_positions(postures[:, retargeter.person.glove])
     mirrored = 1.0 if robot.side == "right" else -1.0
     labels = [*_VIEWS, *SHOWN, *(_said(e) for e in moved.opening_error)]
     with open_offscreen(*_SIZE) as offscreen:
@@ -133,7 +133,7 @@ def _show(spec: mujoco.MjSpec, frame: AttachedFrame, length: float) -> None:
 
 
 def _show_each_link(model: mujoco.MjModel, placeholders: frozenset[str]) -> None:
-    """Draw what is made to be seen of each link, or else what touches; nothing that is not there."""
+    """Draw what is made to be seen of each link, or else what touches."""
     mesh = mujoco.mjtGeom.mjGEOM_MESH.value
     touches = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     meshes = model.geom_type == mesh
