@@ -316,5 +316,5 @@ def _given(
     def attached(frame: AttachedFrame | str) -> AttachedFrame:
         return AttachedFrame(frame) if isinstance(frame, str) else frame
 
-    tips = {f: attached(frame) for f, frame in fingertips.items()}
+    tips: dict[Finger, AttachedFrame] = {f: attached(frame) for f, frame in fingertips.items()}
     return HandFrames(attached(palm), tips, knuckles)

@@ -160,9 +160,9 @@ def name_fingers(
     said: dict[Finger, Chain] = {}
     for chain in chains:
         text = chain.says(model)
-        finger = next((f for f, words in _NAMES.items() if re.search(words, text)), None)
-        if finger is not None and finger not in said:
-            said[finger] = chain
+        found = next((f for f, words in _NAMES.items() if re.search(words, text)), None)
+        if found is not None and found not in said:
+            said[found] = chain
     rest = [chain for chain in chains if chain not in said.values()]
     if not rest:
         return {f: said[f] for f in FINGERS if f in said}
@@ -173,7 +173,8 @@ def name_fingers(
     if "thumb" in said:
         thumb = data.xanchor[said["thumb"].joints[0]]
         rest.sort(key=lambda c: float(np.linalg.norm(data.xanchor[c.joints[0]] - thumb)))
-    said.update(zip([f for f in free if f != "thumb"], rest, strict=False))
+    for finger, chain in zip([f for f in free if f != "thumb"], rest, strict=False):
+        said[finger] = chain
     return {f: said[f] for f in FINGERS if f in said}
 
 

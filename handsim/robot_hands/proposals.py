@@ -60,7 +60,8 @@ def propose_frames(model: mujoco.MjModel, placeholders: Collection[str] = ()) ->
     if named is None:
         fingers = name_fingers(model, data, chains)
     axes = _palm_axes(model, data, fingers)
-    knuckles = dict(named.knuckles) if named else _knuckles(model, data, fingers)
+    knuckles = dict(named.knuckles) if named else {}
+    knuckles = knuckles or _knuckles(model, data, fingers)
     begin: dict[Finger, int] = {
         f: _first_joint(model, c, knuckles.get(f)) for f, c in fingers.items()
     }
@@ -199,10 +200,10 @@ class _Fingertip:
         # Off the axis, the finger's middle is that of its surface.
         sideways = self.axes[:, 1]
         centre = anchor + ((middle - anchor) @ sideways) * sideways
-        if len(corners):
-            end = float(((corners - anchor) @ out).max())
-        else:
-            end = float(np.linalg.norm((named if named is not None else middle) - anchor))
+        ends = [float(((corners - anchor) @ out).max())] if len(corners) else []
+        if named is not None:
+            ends.append(float((named - anchor) @ out))
+        end = max(ends) if ends else float(np.linalg.norm(middle - anchor))
         self.end: Array = centre + end * out
         self.pad: Array = self._touching(surface, self.end, end)
 
