@@ -126,7 +126,8 @@ class JointMap:
                 continue
             i = moved[0]
             ends = np.array([servos.lower[k], servos.upper[k]])
-            low, high = np.sort((ends - offsets[k]) / row[i] + reference[i])
+            with np.errstate(all="ignore"):
+                low, high = np.sort((ends - offsets[k]) / row[i] + reference[i])
             if max(low, lower[i]) < min(high, upper[i]):
                 lower[i], upper[i] = max(low, lower[i]), min(high, upper[i])
         return lower, upper
@@ -135,6 +136,6 @@ class JointMap:
         """Return the largest speeds of the coordinates, those of followers taken into account."""
         joints = np.array([said.get(name, np.inf) for name in self.names])
         slopes = np.abs(self._slopes(self.start[None])[0])
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             each = np.where(slopes > 0, joints[:, None] / slopes, np.inf)
         return each.min(axis=0)

@@ -138,12 +138,12 @@ class RobotHand:
         if (palm is None) != (fingertips is None) or (palm is not None and frames is not None):
             raise InputError("give palm and fingertips, or frames, or none of them")
         file = (
-            HandFile(source, {}, ())
+            HandFile(source, source.compile(), {}, ())
             if isinstance(source, mujoco.MjSpec)
             else read_hand_file(source, folders)
         )
         self.spec, self.placeholders = file.spec, file.placeholders
-        self.model = file.spec.compile()
+        self.model = file.model
         if palm is not None and fingertips is not None:
             frames = _given(palm, fingertips, knuckles or {})
         elif frames is None and isinstance(source, Path | str):

@@ -2,6 +2,7 @@
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
 
@@ -25,7 +26,9 @@ def unheard_warnings() -> Generator[None]:
     kept = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
     finally:
         mujoco.set_mju_user_warning(kept)
 

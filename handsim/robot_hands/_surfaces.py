@@ -64,7 +64,9 @@ def _of_geom(
     elif kind == _SHAPES.mjGEOM_CAPSULE.value:
         capsule = make.capsule(height=2 * size[1], radius=size[0], count=(24, 24))
         local = np.asarray(capsule.triangles)
-        local = local - local.reshape(-1, 3).mean(axis=0) * [0, 0, 1]
+        if len(local):  # trimesh has the origin at one end
+            heights = local[..., 2]
+            local = local - np.array([0.0, 0.0, (heights.min() + heights.max()) / 2])
     elif kind == _SHAPES.mjGEOM_CYLINDER.value:
         local = np.asarray(make.cylinder(radius=size[0], height=2 * size[1]).triangles)
     else:

@@ -34,8 +34,8 @@ class HandFile:
 
     Attributes
     ----------
-    spec
-        The hand, its meshes included.
+    spec, model
+        The hand, its meshes included, and compiled.
     speeds
         Largest speeds of joints by name, where the file says them [rad/s; m/s for slides].
     notes
@@ -45,6 +45,7 @@ class HandFile:
     """
 
     spec: mujoco.MjSpec
+    model: mujoco.MjModel
     speeds: dict[str, float]
     notes: tuple[str, ...]
     placeholders: frozenset[str] = frozenset()
@@ -128,10 +129,10 @@ def _read(root: ET.Element, file: Path, assets: Assets) -> HandFile:
     if model.nv == 0:
         raise FileError(f"{file}: nothing in it moves; give a hand with joints")
     notes += add_servos(spec, model)
-    quiet_compile(spec)
+    model = quiet_compile(spec)
     notes += _of_meshes(assets)
     placeholders = frozenset(mesh.name for mesh in spec.meshes if _is_placeholder(mesh, assets))
-    return HandFile(spec, speeds, tuple(notes), placeholders)
+    return HandFile(spec, model, speeds, tuple(notes), placeholders)
 
 
 def _is_placeholder(mesh: mujoco.MjsMesh, assets: Assets) -> bool:

@@ -105,14 +105,15 @@ def test_files_of_hands(sandbox):
     for files in ({"hand.urdf": urdf, "cube.obj": cube}, {"hand.xml": mjcf, "cube.obj": cube}):
         check(files)
     assert outcomes == [True, True]
-    for name, whole in (("hand.urdf", URDF), ("hand.xml", MJCF)):
-        changed = damaged_xml(whole) | damaged_bytes(whole.encode())
-        search(lambda c, name=name: check({name: c, "cube.obj": cube}), changed, 45 * sandbox.cases)
+    def any_of(whole: str) -> st.SearchStrategy:
+        return damaged_xml(whole) | damaged_bytes(whole.encode())
+
+    n = sandbox.cases
+    search(lambda c: check({"hand.urdf": c, "cube.obj": cube}), any_of(URDF), 45 * n)
+    search(lambda c: check({"hand.xml": c, "cube.obj": cube}), any_of(MJCF), 45 * n)
+    search(lambda c: check({"hand.urdf": urdf, "cube.obj": c}), damaged_bytes(cube), 5 * n)
+    changed = damaged_bytes(TOML.encode())
     search(
-        lambda c: check({"hand.urdf": urdf, "cube.obj": c}), damaged_bytes(cube), 5 * sandbox.cases
+        lambda c: check({"hand.urdf": urdf, "cube.obj": cube, "hand.toml": c}), changed, 5 * n
     )
-    search(
-        lambda c: check({"hand.urdf": urdf, "cube.obj": cube, "hand.toml": c}),
-        damaged_bytes(TOML.encode()), 5 * sandbox.cases,
-    )  # fmt: skip
     assert False in outcomes and outcomes.count(True) > 2

@@ -319,3 +319,111 @@ def test_bad_input_names_what_is_wrong(robot):
         Retargeter(robot, opening_scale=-1.0)
     with pytest.raises(InputError, match="hand length"):
         Retargeter(robot, HandSize(2.0))
+
+
+def test_followers_stay_within_both_limits_and_lines_are_what_the_actuators_do(tmp_path, reach):
+    """Mimic with a slope and an offset, whose follower would leave its range first."""
+    text = FOLLOWING.format(slope=1.4, offset=0.2, upper=1.5)
+    (tmp_path / "hand.urdf").write_text(text)
+    robot = RobotHand(tmp_path / "hand.urdf")
+    result = Retargeter(robot).retarget(reach[::3])
+    at = result.joint_names.index
+    for finger in ("thumb", "index", "middle"):
+        leader = result.positions[:, at(f"{finger}_1")]
+        follower = result.positions[:, at(f"{finger}_2")]
+        np.testing.assert_allclose(follower, 0.2 + 1.4 * leader, atol=1e-12)
+        assert follower.max() <= 1.5 + 1e-9 and leader.min() >= -1e-9
+        command = result.commands[:, result.actuator_names.index(f"{finger}_1")]
+        np.testing.assert_allclose(command, leader, atol=1e-12)
+    assert robot.upper[0] <= (1.5 - 0.2) / 1.4 + 1e-9
+
+
+FOLLOWING = (
+    '<robot name="h"><link name="palm"/>'
+    + "".join(
+        f'<link name="{f}_a"><collision><origin xyz=".02 0 0"/><geometry><box size=".04 .01 .01"/>'
+        f'</geometry></collision></link><link name="{f}_b"><collision><origin xyz=".02 0 0"/>'
+        '<geometry><box size=".04 .01 .01"/></geometry></collision></link>'
+        f'<joint name="{f}_1" type="revolute"><parent link="palm"/><child link="{f}_a"/>'
+        f'<origin xyz="{x} {y} {z}" rpy="{turn}"/><axis xyz="0 1 0"/>'
+        '<limit lower="0" upper="1.5" effort="1" velocity="4"/></joint>'
+        f'<joint name="{f}_2" type="revolute"><parent link="{f}_a"/><child link="{f}_b"/>'
+        '<origin xyz=".045 0 0"/><axis xyz="0 1 0"/>'
+        '<limit lower="0" upper="{upper}" effort="1" velocity="4"/>'
+        f'<mimic joint="{f}_1" multiplier="{{slope}}" offset="{{offset}}"/></joint>'
+        for f, x, y, z, turn in (
+            ("thumb", 0.03, 0.03, -0.02, "-1.57 0 0.6"),
+            ("index", 0.09, 0.02, 0.0, "0 0 0"),
+            ("middle", 0.09, -0.01, 0.0, "0 0 0"),
+        )
+    )
+    + "</robot>"
+)
+
+
+def test_no_coordinate_is_faster_than_the_file_says_where_times_are_given(tmp_path, reach):
+    slow = FOLLOWING.format(slope=1.0, offset=0.0, upper=1.5).replace('velocity="4"', 'velocity="0.5"')
+    (tmp_path / "hand.urdf").write_text(slow)
+    retargeter = Retargeter(RobotHand(tmp_path / "hand.urdf"))
+    assert (retargeter.robot.speed == 0.5).all()
+    time = 0.04 * np.arange(len(reach))
+    moved = np.abs(np.diff(retargeter.retarget(reach, time=time).positions, axis=0))
+    assert moved.max() <= 0.5 * 0.04 + 1e-9
+    assert moved.max() > 0.9 * 0.5 * 0.04, "it is what limits"
+    with pytest.raises(InputError, match="do not increase"):
+        retargeter.retarget(reach, time=np.zeros(len(reach)))
+
+
+def test_links_that_would_run_into_each_other_stay_apart():
+    """A fist of broad fingers: without looking, they would be 5 mm in each other."""
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    for geom in spec.geoms:
+        if geom.type == mujoco.mjtGeom.mjGEOM_CAPSULE:
+            geom.size = geom.size * [1.35, 1, 1]
+    robot = RobotHand(spec, "base_frame", TIPS)
+    q = np.linspace(POSTURES["rest"], POSTURES["fist"], 40)
+    blind = Retargeter(robot, weights=Weights(contact=0.0)).retarget(q, max_gain=np.inf)
+    seeing = Retargeter(robot).retarget(q, max_gain=np.inf)
+    assert blind.penetration.max() > 0.005
+    assert seeing.penetration.max() <= 0.002
+    model, data = robot.model, mujoco.MjData(robot.model)
+    for at in seeing.positions[::8]:
+        data.qpos[model.jnt_qposadr[robot.joint_ids]] = at
+        mujoco.mj_forward(model, data)
+        bodies = model.geom_bodyid[data.contact.geom[: data.ncon]]
+        apart = np.abs(np.diff(bodies, axis=1))[:, 0] > 1  # links of one finger that meet at a joint
+        assert not apart.any() or data.contact.dist[: data.ncon][apart].min() > -0.0021
+
+
+def test_a_posture_at_a_time_follows_the_movement(robot, reach):
+    retargeter = Retargeter(robot)
+    whole = retargeter.retarget(reach)
+    free = robot.joint_map.free
+    x = whole.positions[0][free]
+    for q in reach[1:]:
+        x = retargeter.follow(q, x, max_step=0.2)
+    points, openings, _, _ = retargeter.targets(reach[-1])
+    tips = robot.forward(x).points
+    far, wanted = (np.linalg.norm(v, axis=1) for v in (tips - tips[0], openings))
+    assert np.abs(far - wanted).max() < 0.003
+    assert ((x >= robot.lower) & (x <= robot.upper)).all()
+
+
+DATA = Path(__file__).parents[3] / "shared/data/robot_hands"
+
+
+@pytest.mark.real_data
+@pytest.mark.skipif(not DATA.is_dir(), reason="the robot hands are not beside the checkout")
+@pytest.mark.parametrize(
+    ("file", "most"),
+    [("shadow_hand/right_hand.xml", 0.004), ("wonik_allegro/right_hand.xml", 0.006),
+     ("leap_hand/leap_hand_right.urdf", 0.006)],
+)  # fmt: skip
+def test_published_hands_open_as_the_person_does(file, most):
+    robot = RobotHand(DATA / file)
+    recording = read_recordings(data_folder("assets") / "experiments")[6]
+    result = Retargeter(robot, recording.hand).retarget(recording.q)
+    assert result.opening_error[:, 1:].mean() <= most
+    assert result.penetration.max() <= 0.002
+    assert np.isfinite(result.commands).all()
+    assert result.matched.all(), result.reason
