@@ -375,24 +375,24 @@ def test_no_coordinate_is_faster_than_the_file_says_where_times_are_given(tmp_pa
 
 
 def test_links_that_would_run_into_each_other_stay_apart():
-    """A fist of broad fingers: without looking, they would be 5 mm in each other."""
+    """A fist: without looking, links would be 26 mm in each other."""
     spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
     for geom in spec.geoms:
-        if geom.type == mujoco.mjtGeom.mjGEOM_CAPSULE:
-            geom.size = geom.size * [1.35, 1, 1]
+        geom.contype = geom.conaffinity = 1
     robot = RobotHand(spec, "base_frame", TIPS)
     q = np.linspace(POSTURES["rest"], POSTURES["fist"], 40)
     blind = Retargeter(robot, weights=Weights(contact=0.0)).retarget(q, max_gain=np.inf)
     seeing = Retargeter(robot).retarget(q, max_gain=np.inf)
-    assert blind.penetration.max() > 0.005
+    assert blind.penetration.max() > 0.02
     assert seeing.penetration.max() <= 0.002
     model, data = robot.model, mujoco.MjData(robot.model)
+    parent = model.body_parentid
     for at in seeing.positions[::8]:
         data.qpos[model.jnt_qposadr[robot.joint_ids]] = at
         mujoco.mj_forward(model, data)
-        bodies = model.geom_bodyid[data.contact.geom[: data.ncon]]
-        apart = np.abs(np.diff(bodies, axis=1))[:, 0] > 1  # links of one finger that meet at a joint
-        assert not apart.any() or data.contact.dist[: data.ncon][apart].min() > -0.0021
+        for contact in data.contact[: data.ncon]:
+            a, b = (int(model.geom_bodyid[g]) for g in contact.geom)
+            assert parent[a] == b or parent[b] == a or contact.dist > -0.002
 
 
 def test_a_posture_at_a_time_follows_the_movement(robot, reach):
