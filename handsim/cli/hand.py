@@ -46,7 +46,7 @@ def inspect(
 
     from handsim.files import write_text
     from handsim.retargeting.robot_hand import RobotHand
-    from handsim.robot_hands.frames import frames_as_toml
+    from handsim.robot_hands.hand_frames import frames_as_toml
     from handsim.viewing.film.video import write_image
     from handsim.viewing.robot_hand_sheet import robot_hand_sheet
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from handsim.errors import InputError, UnknownNameError
 from handsim.joints import Finger
-from handsim.robot_hands.frames import AttachedFrame
+from handsim.robot_hands.hand_frames import AttachedFrame
 from handsim.types import Array
 
 _SITE, _BODY = mujoco.mjtObj.mjOBJ_SITE.value, mujoco.mjtObj.mjOBJ_BODY.value

@@ -6,8 +6,8 @@ import numpy as np
 
 from handsim.hand.mjcf import build_hand
 from handsim.joints import FINGERS, JOINT_INDEX, Finger
-from handsim.retargeting._targets import Targets, openings_of, turned_openings
 from handsim.retargeting.robot_hand import AttachedFrame, RobotHand
+from handsim.retargeting.solving.targets import Targets, openings_of, turned_openings
 from handsim.types import MEDIAN_HAND, Array, HandSize
 
 SPREAD = 0.25

@@ -4,7 +4,7 @@ The paper leaves this for later (its Sec. VII); here fingertips are matched, all
 movement in one optimisation. What counts most is what grasps: how far each fingertip is from the
 thumb's. Which way that opening points, where fingertips are and which way they point come second,
 and the thumb itself may stand elsewhere. Links do not run into one another, and no coordinate
-changes faster than it may (`handsim.retargeting._residuals` has the terms).
+changes faster than it may (`handsim.retargeting.solving.residuals` has the terms).
 
 In the frame of the palm, with h_i the pads of the human fingers and p_i those of the robot, the
 targets are
@@ -28,15 +28,15 @@ from handsim.content import ByContent
 from handsim.errors import InputError
 from handsim.joints import N_JOINTS, Finger
 from handsim.retargeting._judgement import judge
-from handsim.retargeting._movement_fit import SETTLED, Movement, fit
-from handsim.retargeting._reachable import Reachable
-from handsim.retargeting._residuals import Residuals, Weights
-from handsim.retargeting._self_contact import NearLinks, SelfContact
-from handsim.retargeting._starts import first_guess
-from handsim.retargeting._targets import Targets, openings_of
-from handsim.retargeting._untangle import untangled
 from handsim.retargeting.person import Person, human_hand
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.movement_fit import SETTLED, Movement, fit
+from handsim.retargeting.solving.reachable import Reachable
+from handsim.retargeting.solving.residuals import Residuals, Weights
+from handsim.retargeting.solving.self_contact import NearLinks, SelfContact
+from handsim.retargeting.solving.starts import first_guess
+from handsim.retargeting.solving.targets import Targets, openings_of
+from handsim.retargeting.solving.untangle import untangled
 from handsim.types import MEDIAN_HAND, Array, HandSize, Index
 
 __all__ = ["Retargeted", "Retargeter", "Weights", "human_hand"]

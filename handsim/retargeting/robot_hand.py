@@ -22,9 +22,9 @@ from handsim.retargeting._finger_joints import check_joints, joints_between, own
 from handsim.retargeting._joint_map import JointMap
 from handsim.retargeting._links import LinkFrames, Links
 from handsim.robot_hands.finger_lines import finger_line, length_of
-from handsim.robot_hands.frames import AttachedFrame, HandFrames, read_frames
-from handsim.robot_hands.hand_file import HandFile, read_hand_file
-from handsim.robot_hands.proposals import propose_frames
+from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames, read_frames
+from handsim.robot_hands.hand_proposals import propose_frames
+from handsim.robot_hands.reading.hand_file import HandFile, read_hand_file
 from handsim.types import Array, Index
 
 __all__ = ["AttachedFrame", "Fingertips", "RobotHand"]

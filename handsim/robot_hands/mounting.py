@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError, UnknownNameError
-from handsim.robot_hands.frames import AttachedFrame
+from handsim.robot_hands.hand_frames import AttachedFrame
 from handsim.types import Array
 
 WELD_SOLREF = (0.005, 1.0)
@@ -92,7 +92,12 @@ def _inverse(hand: mujoco.MjSpec, palm: AttachedFrame) -> tuple[Array, Array]:
     within = np.empty(4)
     mujoco.mju_mat2Quat(within, at.xmat)
     mujoco.mju_mulPose(
-        pos, quat, at.xpos, within, np.array(palm.pos, dtype=float), np.array(palm.quat, dtype=float)
+        pos,
+        quat,
+        at.xpos,
+        within,
+        np.array(palm.pos, dtype=float),
+        np.array(palm.quat, dtype=float),
     )
     origin, turn = np.empty(3), np.empty(4)
     mujoco.mju_negPose(origin, turn, pos, quat)

@@ -14,7 +14,7 @@ import numpy as np
 from handsim.hand.postures import POSTURES
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
-from handsim.robot_hands.frames import AttachedFrame
+from handsim.robot_hands.hand_frames import AttachedFrame
 from handsim.types import Array, Frame
 from handsim.viewing.film.lighting import light_any_hand
 from handsim.viewing.film.offscreen import Offscreen, open_offscreen

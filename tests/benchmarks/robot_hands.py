@@ -52,8 +52,10 @@ def main() -> None:
     given = parser.parse_args()
     sets = {"built-in": handsim.read_recordings(handsim.data_folder("assets") / "experiments")}
     sets |= {folder.name: handsim.read_recordings(folder) for folder in given.recordings}
-    print("| hand | coordinates | recordings | postures | opening error, mean [mm] | largest | as "
-          "vectors, mean | overlap, largest [mm] | matched | postures a second of processor time |")
+    print(
+        "| hand | coordinates | recordings | postures | opening error, mean [mm] | largest | as "
+        "vectors, mean | overlap, largest [mm] | matched | postures a second of processor time |"
+    )
     print("|" + "---|" * 10)
     for hand in hands_in(given.folder):
         for name, recordings in sets.items():

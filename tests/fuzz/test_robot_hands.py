@@ -25,7 +25,9 @@ rpy="0 0 0"/><axis xyz="0 1 0"/><limit lower="0" upper="1.5" effort="1" velocity
 </joint>"""
 URDF = (
     '<robot name="h"><link name="base"/>'
-    + "".join(FINGER.format(f=f, y=y) for f, y in (("thumb", 0.05), ("index", 0.02), ("ring", -0.02)))
+    + "".join(
+        FINGER.format(f=f, y=y) for f, y in (("thumb", 0.05), ("index", 0.02), ("ring", -0.02))
+    )
     + "</robot>"
 )
 MJCF = """<mujoco><compiler angle="radian" meshdir="."/><asset><mesh name="c" file="cube.obj"/></asset>
@@ -105,6 +107,7 @@ def test_files_of_hands(sandbox):
     for files in ({"hand.urdf": urdf, "cube.obj": cube}, {"hand.xml": mjcf, "cube.obj": cube}):
         check(files)
     assert outcomes == [True, True]
+
     def any_of(whole: str) -> st.SearchStrategy:
         return damaged_xml(whole) | damaged_bytes(whole.encode())
 
@@ -113,7 +116,5 @@ def test_files_of_hands(sandbox):
     search(lambda c: check({"hand.xml": c, "cube.obj": cube}), any_of(MJCF), 45 * n)
     search(lambda c: check({"hand.urdf": urdf, "cube.obj": c}), damaged_bytes(cube), 5 * n)
     changed = damaged_bytes(TOML.encode())
-    search(
-        lambda c: check({"hand.urdf": urdf, "cube.obj": cube, "hand.toml": c}), changed, 5 * n
-    )
+    search(lambda c: check({"hand.urdf": urdf, "cube.obj": cube, "hand.toml": c}), changed, 5 * n)
     assert False in outcomes and outcomes.count(True) > 2

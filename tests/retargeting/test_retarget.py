@@ -12,9 +12,9 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.postures import POSTURES
 from handsim.joints import JOINT_INDEX, clip_to_range
 from handsim.recordings.folder import read_recordings
-from handsim.retargeting._residuals import Residuals
 from handsim.retargeting.retarget import SETTLING, Retargeter, Weights, human_hand
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.residuals import Residuals
 from handsim.types import HandSize
 
 FOUR_FINGERS = Path(__file__).parent / "data" / "four_finger_hand.xml"
@@ -362,7 +362,9 @@ FOLLOWING = (
 
 
 def test_no_coordinate_is_faster_than_the_file_says_where_times_are_given(tmp_path, reach):
-    slow = FOLLOWING.format(slope=1.0, offset=0.0, upper=1.5).replace('velocity="4"', 'velocity="0.5"')
+    slow = FOLLOWING.format(slope=1.0, offset=0.0, upper=1.5).replace(
+        'velocity="4"', 'velocity="0.5"'
+    )
     (tmp_path / "hand.urdf").write_text(slow)
     retargeter = Retargeter(RobotHand(tmp_path / "hand.urdf"))
     assert (retargeter.robot.speed == 0.5).all()

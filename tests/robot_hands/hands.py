@@ -13,7 +13,7 @@ BAD = INERTIA.format(1e-4, 1e-6, 1e-6)
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of a URDF and the link that it carries, a box along x that ends ``length`` further."""
+    """A joint of a URDF and the link that it carries: a box along x of this length."""
 
     name: str
     parent: str
@@ -54,7 +54,8 @@ def urdf(joints: list[Joint], base: str = "base", inertia: str = GOOD, visual: s
             mimic = f'<mimic joint="{leader}" multiplier="{slope}" offset="{offset}"/>'
         parts.append(
             f'<joint name="{joint.name}" type="{joint.kind}"><parent link="{joint.parent}"/>'
-            f'<child link="{joint.child}"/><origin xyz="{words(joint.xyz)}" rpy="{words(joint.rpy)}"/>'
+            f'<child link="{joint.child}"/>'
+            f'<origin xyz="{words(joint.xyz)}" rpy="{words(joint.rpy)}"/>'
             f'<axis xyz="{words(joint.axis)}"/>{limit}{mimic}</joint>'
         )
     return '<?xml version="1.0"?><robot name="hand">' + "".join(parts) + "</robot>"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from handsim.errors import FileError, InputError
-from handsim.robot_hands.hand_file import read_hand_file
+from handsim.robot_hands.reading.hand_file import read_hand_file
 
 from .hands import BAD, five_fingers, urdf
 
@@ -121,7 +121,10 @@ def test_an_mjcf_is_read_whatever_its_suffix_with_its_parts(tmp_path):
     ("text", "said"),
     [
         ("<robot name='a'><link name='${side}_base'/></robot>", "xacro"),
-        ("<robot xmlns:xacro='http://www.ros.org/wiki/xacro' name='a'><xacro:include filename='b'/></robot>", "xacro"),
+        (
+            "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:include file='b'/></robot>",
+            "xacro",
+        ),
         ("<robot name='a'><link name='b'/><link name='b'/></robot>", "share a name"),
         ("<sdf/>", "its root is <sdf>"),
         ("no xml", "no XML"),

@@ -8,7 +8,7 @@ import pytest
 
 from handsim.errors import FileError, UnknownNameError
 from handsim.retargeting.robot_hand import RobotHand
-from handsim.robot_hands.frames import frames_as_toml, read_frames
+from handsim.robot_hands.hand_frames import frames_as_toml, read_frames
 from handsim.robot_hands.presets import recognise
 
 from .hands import Joint, finger, five_fingers, thumb, urdf
@@ -79,7 +79,9 @@ def test_three_fingers_without_a_name_have_a_thumb(tmp_path):
 
 def test_an_extra_joint_in_the_palm_is_no_knuckle(tmp_path):
     joints = [j for j in five_fingers() if not j.child.startswith("pinky")]
-    joints += [Joint("hollow", "base", "metacarpal", (0.03, -0.02, 0.0), axis=(1, 0, 0), length=0.03)]
+    joints += [
+        Joint("hollow", "base", "metacarpal", (0.03, -0.02, 0.0), axis=(1, 0, 0), length=0.03)
+    ]
     joints += [
         Joint(j.name, "metacarpal" if j.parent == "base" else j.parent, j.child,
               (0.06, -0.01, 0.0) if j.parent == "base" else j.xyz, j.rpy, j.axis, j.limits, j.mimic,
@@ -98,7 +100,9 @@ def test_frames_are_written_read_and_corrected(tmp_path):
     again = read_frames(tmp_path / "map.toml")
     assert again.side == "right" and list(again.fingertips) == list(robot.frames.fingertips)
     np.testing.assert_allclose(again.palm.pos, robot.frames.palm.pos, atol=1e-5)
-    moved = re.sub(r'on = "index_distal"\npos = \[[^]]*\]', 'on = "index_tip"\npos = [0, 0, 0]', text)
+    moved = re.sub(
+        r'on = "index_distal"\npos = \[[^]]*\]', 'on = "index_tip"\npos = [0, 0, 0]', text
+    )
     (tmp_path / "hand.toml").write_text(moved)
     corrected = RobotHand(tmp_path / "hand.urdf")
     assert corrected.frames.fingertips["index"].name == "index_tip", "it is beside the hand"

@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from handsim.retargeting._movement_fit import Movement, fit
-from handsim.retargeting._residuals import Residuals
-from handsim.retargeting._self_contact import SelfContact
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.movement_fit import Movement, fit
+from handsim.retargeting.solving.residuals import Residuals
+from handsim.retargeting.solving.self_contact import SelfContact
 from handsim.types import Array, Mask
 
 DEEPEST = 0.0018

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from handsim.errors import FileError
-from handsim.robot_hands._assets import Assets
+from handsim.robot_hands.reading._assets import Assets
 
 _COMPILER = {
     "fusestatic": "false",  # tips and palms are often links that are fixed

@@ -15,12 +15,12 @@ from pathlib import Path
 import mujoco
 
 from handsim.errors import FileError
-from handsim.robot_hands._assets import Assets
-from handsim.robot_hands._folders import UserFolders
-from handsim.robot_hands._mending import add_servos, mend_inertia, quiet_compile
-from handsim.robot_hands._mjcf_text import prepare_mjcf
-from handsim.robot_hands._urdf_text import prepare_urdf
-from handsim.robot_hands._xml_text import parse
+from handsim.robot_hands.reading._assets import Assets
+from handsim.robot_hands.reading._folders import UserFolders
+from handsim.robot_hands.reading._mending import add_servos, mend_inertia, quiet_compile
+from handsim.robot_hands.reading._mjcf_text import prepare_mjcf
+from handsim.robot_hands.reading._urdf_text import prepare_urdf
+from handsim.robot_hands.reading._xml_text import parse
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 """Files that are taken for hands; what is inside decides what they are."""

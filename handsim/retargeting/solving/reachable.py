@@ -4,10 +4,10 @@ from functools import cached_property
 
 import numpy as np
 
-from handsim.retargeting._movement_fit import fit
-from handsim.retargeting._residuals import Residuals, Weights
-from handsim.retargeting._targets import Targets
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.movement_fit import fit
+from handsim.retargeting.solving.residuals import Residuals, Weights
+from handsim.retargeting.solving.targets import Targets
 from handsim.types import Array
 
 _STARTS = 24

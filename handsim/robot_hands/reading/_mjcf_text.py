@@ -4,8 +4,8 @@ import xml.etree.ElementTree as ET
 from pathlib import Path, PurePath
 
 from handsim.errors import FileError
-from handsim.robot_hands._assets import Assets
-from handsim.robot_hands._xml_text import check, parse
+from handsim.robot_hands.reading._assets import Assets
+from handsim.robot_hands.reading._xml_text import check, parse
 
 _DROPPED = ("keyframe", "size", "statistic")
 """Sections that a hand needs not: postures and sizes of buffers."""

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg import LinAlgError, solveh_banded
 
-from handsim.retargeting._residuals import Quadratic
+from handsim.retargeting.solving.residuals import Quadratic
 from handsim.types import Array, Mask
 
 _DAMPING = 1e-3

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path, PurePath
 
 from handsim.errors import FileError
-from handsim.robot_hands._folders import UserFolders
-from handsim.robot_hands._meshes import PLACEHOLDER, as_readable
+from handsim.robot_hands.reading._folders import UserFolders
+from handsim.robot_hands.reading._meshes import PLACEHOLDER, as_readable
 
 MOST_IN_ALL = 512 * 2**20
 """Most bytes of all meshes together."""

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handsim.retargeting._self_contact import NearLinks
-from handsim.retargeting._targets import Targets
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.self_contact import NearLinks
+from handsim.retargeting.solving.targets import Targets
 from handsim.types import Array
 
 _SOFT = 0.0005

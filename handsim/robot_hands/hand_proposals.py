@@ -20,7 +20,7 @@ from handsim.joints import Finger
 from handsim.robot_hands._chains import Chain, chain_to, find_chains, groups_of, name_fingers
 from handsim.robot_hands._surfaces import outermost, triangles_of
 from handsim.robot_hands.finger_lines import finger_line, first_part, length_of
-from handsim.robot_hands.frames import AttachedFrame, HandFrames
+from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames
 from handsim.robot_hands.presets import NamedLinks, recognise
 from handsim.types import MEDIAN_HAND, Array, Side
 
