@@ -173,8 +173,9 @@ def name_fingers(
     if "thumb" in said:
         thumb = data.xanchor[said["thumb"].joints[0]]
         rest.sort(key=lambda c: float(np.linalg.norm(data.xanchor[c.joints[0]] - thumb)))
-    for finger, chain in zip([f for f in free if f != "thumb"], rest, strict=False):
-        said[finger] = chain
+    others: list[Finger] = [f for f in free if f != "thumb"]
+    for other, chain in zip(others, rest, strict=False):
+        said[other] = chain
     return {f: said[f] for f in FINGERS if f in said}
 
 

@@ -1,4 +1,4 @@
-"""Damaged files of robot hands: they work, or are refused in one line, soon, and read nothing else."""
+"""Damaged files of robot hands: they work, or are refused in one line, and soon."""
 
 import time
 
@@ -12,17 +12,17 @@ from .conftest import SPECIAL, Content, damaged_bytes, search
 
 LONGEST_S = 20.0
 
-FINGER = """<link name="{f}_1"><inertial><mass value="0.02"/><inertia ixx="2e-6" iyy="4e-6" izz="4e-6"
-ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><mesh filename="package://in/cube.obj"
+FINGER = """<link name="{f}_1"><inertial><mass value="0.02"/><inertia ixx="2e-6" iyy="4e-6"
+izz="4e-6" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><mesh filename="package://in/cube.obj"
 scale="1 1 1"/></geometry></collision></link><link name="{f}_2"><collision><origin xyz="0.02 0 0"/>
 <geometry><box size="0.04 0.014 0.014"/></geometry></collision></link><link name="{f}_tip"/>
-<joint name="{f}_a" type="revolute"><parent link="base"/><child link="{f}_1"/><origin xyz="0.09 {y} 0"
-rpy="0 0 0"/><axis xyz="0 1 0"/><limit lower="0" upper="1.5" effort="1" velocity="2"/></joint>
-<joint name="{f}_b" type="revolute"><parent link="{f}_1"/><child link="{f}_2"/><origin xyz="0.05 0 0"/>
-<axis xyz="0 1 0"/><limit lower="0" upper="1.6" effort="1" velocity="2"/>
+<joint name="{f}_a" type="revolute"><parent link="base"/><child link="{f}_1"/>
+<origin xyz="0.09 {y} 0" rpy="0 0 0"/><axis xyz="0 1 0"/><limit lower="0" upper="1.5" effort="1" velocity="2"/></joint>
+<joint name="{f}_b" type="revolute"><parent link="{f}_1"/><child link="{f}_2"/>
+<origin xyz="0.05 0 0"/><axis xyz="0 1 0"/><limit lower="0" upper="1.6" effort="1" velocity="2"/>
 <mimic joint="{f}_a" multiplier="1.05" offset="0.1"/></joint>
-<joint name="{f}_c" type="fixed"><parent link="{f}_2"/><child link="{f}_tip"/><origin xyz="0.04 0 0"/>
-</joint>"""
+<joint name="{f}_c" type="fixed"><parent link="{f}_2"/><child link="{f}_tip"/>
+<origin xyz="0.04 0 0"/></joint>"""
 URDF = (
     '<robot name="h"><link name="base"/>'
     + "".join(
@@ -30,7 +30,8 @@ URDF = (
     )
     + "</robot>"
 )
-MJCF = """<mujoco><compiler angle="radian" meshdir="."/><asset><mesh name="c" file="cube.obj"/></asset>
+MJCF = """<mujoco><compiler angle="radian" meshdir="."/>
+<asset><mesh name="c" file="cube.obj"/></asset>
 <default><default class="f"><joint axis="0 1 0" range="0 1.6" damping="0.1"/></default></default>
 <worldbody><body name="palm" childclass="f"><geom type="box" size=".04 .04 .01"/>
 <body name="index" pos=".09 .02 0"><joint name="i1"/><geom type="mesh" mesh="c"/>

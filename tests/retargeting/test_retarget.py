@@ -85,7 +85,7 @@ def test_four_finger_hand_makes_a_recorded_reach(robot, reach):
 def test_errors_are_those_of_the_positions_returned(robot, reach):
     retargeter = Retargeter(robot)
     result = retargeter.retarget(reach[-1])
-    points, openings, _, _ = retargeter.targets(reach[-1])
+    _, openings, _, _ = retargeter.targets(reach[-1])
     tips = robot.forward(result.positions).points
     assert np.allclose(result.tip_error, np.linalg.norm(tips - points, axis=1))
     apart = tips - tips[0]
@@ -404,7 +404,7 @@ def test_a_posture_at_a_time_follows_the_movement(robot, reach):
     x = whole.positions[0][free]
     for q in reach[1:]:
         x = retargeter.follow(q, x, max_step=0.2)
-    points, openings, _, _ = retargeter.targets(reach[-1])
+    _, openings, _, _ = retargeter.targets(reach[-1])
     tips = robot.forward(x).points
     far, wanted = (np.linalg.norm(v, axis=1) for v in (tips - tips[0], openings))
     assert np.abs(far - wanted).max() < 0.003

@@ -18,6 +18,8 @@ DEEPEST = 0.0018
 """Overlap that is left alone [m]."""
 ROUNDS = 12
 """How often stretches are fitted again at most."""
+STUBBORN = 5
+"""Each time after so many, what is left is begun anew, straight from one end to the other."""
 _STEPS = 5
 _BESIDE = 10
 """Postures on either side of those that overlap which may change with them."""
@@ -46,11 +48,15 @@ def untangled(
     depth = contact.find(x).depth(len(x))
     best, least = x, depth
     weight = np.full(len(x), residuals_of(slice(0, 1)).weights.contact)
-    for _ in range(ROUNDS):
+    for i in range(ROUNDS):
         if least.max() < DEEPEST:
             break
         weight = np.where(depth > DEEPEST, 2 * weight, weight)
         x = x.copy()
+        if i % STUBBORN == STUBBORN - 1:
+            for first, last in _stretches(depth > DEEPEST):
+                x[first:last] = _straight(x, first, last)
+            weight = np.minimum(weight, 4 * weight.min())
         for first, last in _stretches(depth > DEEPEST):
             part = slice(first, last)
             lower, upper = (
@@ -74,6 +80,13 @@ def untangled(
         if depth.max() < least.max():
             best, least = x, depth
     return best, least
+
+
+def _straight(x: Array, first: int, last: int) -> Array:
+    """Return a stretch as a straight way between its ends; at an end of the movement, held."""
+    start = x[first] if first > 0 else x[last - 1]
+    end = x[last - 1] if last < len(x) else x[first]
+    return start + np.linspace(0, 1, last - first)[:, None] * (end - start)
 
 
 def kept_within(x: Array, steps: Array) -> Array:
