@@ -45,7 +45,7 @@ SETTLING = np.deg2rad(0.5)
 """Change from posture to posture that is always allowed: a hand held still settles [rad]."""
 
 
-STEPS, ALONE = 10, 40
+STEPS, ALONE = 7, 40
 """Steps of the fit of a whole movement, and of a posture by itself."""
 
 

@@ -85,7 +85,7 @@ def test_four_finger_hand_makes_a_recorded_reach(robot, reach):
 def test_errors_are_those_of_the_positions_returned(robot, reach):
     retargeter = Retargeter(robot)
     result = retargeter.retarget(reach[-1])
-    _, openings, _, _ = retargeter.targets(reach[-1])
+    points, openings, _, _ = retargeter.targets(reach[-1])
     tips = robot.forward(result.positions).points
     assert np.allclose(result.tip_error, np.linalg.norm(tips - points, axis=1))
     apart = tips - tips[0]

@@ -18,7 +18,7 @@ _DAMPING = 1e-3
 """First damping, relative to the diagonal of the curvature."""
 _LEVEL = 0.1
 """What is added to the diagonal for damping, relative to its largest entry."""
-SETTLED = 5e-4
+SETTLED = 1e-3
 """Change of coordinates at which a fit ends [rad or m]."""
 _LONGEST = 0.5
 """Longest step of a coordinate [rad]: beyond, the quadratic is not believed."""

@@ -16,14 +16,14 @@ from handsim.hand.kinematics import cross
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.types import Array, Index, Mask
 
-MARGIN = 0.004
+MARGIN = 0.0025
 """Distance at which two shapes are looked at [m]."""
 BUILT_IN = 0.001
 """Links that overlap by more in the reference posture are drawn so; they are not looked at [m]."""
 OFTEN = 0.5
 """So are those that overlap in more than this part of postures drawn at random."""
 _DRAWN = 200
-MOST = 24
+MOST = 16
 """Most contacts of one posture that are kept, the deepest."""
 AGREEING = 0.8
 """Least cosine of the normals of two contacts that push two links the same way."""
