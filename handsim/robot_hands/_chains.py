@@ -160,7 +160,9 @@ def name_fingers(
     said: dict[Finger, Chain] = {}
     for chain in chains:
         text = chain.says(model)
-        found = next((f for f, words in _NAMES.items() if re.search(words, text)), None)
+        found: Finger | None = next(
+            (f for f, words in _NAMES.items() if re.search(words, text)), None
+        )
         if found is not None and found not in said:
             said[found] = chain
     rest = [chain for chain in chains if chain not in said.values()]

@@ -13,13 +13,15 @@ from .conftest import SPECIAL, Content, damaged_bytes, search
 LONGEST_S = 20.0
 
 FINGER = """<link name="{f}_1"><inertial><mass value="0.02"/><inertia ixx="2e-6" iyy="4e-6"
-izz="4e-6" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><mesh filename="package://in/cube.obj"
-scale="1 1 1"/></geometry></collision></link><link name="{f}_2"><collision><origin xyz="0.02 0 0"/>
+izz="4e-6" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>
+<mesh filename="package://in/cube.obj" scale="1 1 1"/></geometry></collision></link><link name="{f}_2"><collision><origin xyz="0.02 0 0"/>
 <geometry><box size="0.04 0.014 0.014"/></geometry></collision></link><link name="{f}_tip"/>
 <joint name="{f}_a" type="revolute"><parent link="base"/><child link="{f}_1"/>
-<origin xyz="0.09 {y} 0" rpy="0 0 0"/><axis xyz="0 1 0"/><limit lower="0" upper="1.5" effort="1" velocity="2"/></joint>
+<origin xyz="0.09 {y} 0" rpy="0 0 0"/><axis xyz="0 1 0"/>
+<limit lower="0" upper="1.5" effort="1" velocity="2"/></joint>
 <joint name="{f}_b" type="revolute"><parent link="{f}_1"/><child link="{f}_2"/>
-<origin xyz="0.05 0 0"/><axis xyz="0 1 0"/><limit lower="0" upper="1.6" effort="1" velocity="2"/>
+<origin xyz="0.05 0 0"/><axis xyz="0 1 0"/>
+<limit lower="0" upper="1.6" effort="1" velocity="2"/>
 <mimic joint="{f}_a" multiplier="1.05" offset="0.1"/></joint>
 <joint name="{f}_c" type="fixed"><parent link="{f}_2"/><child link="{f}_tip"/>
 <origin xyz="0.04 0 0"/></joint>"""

@@ -83,7 +83,7 @@ def fit(
     settled
         It ends when no coordinate moves by more [rad or m].
     """
-    x = np.clip(start, lower, upper)
+    x: Array = np.clip(start, lower, upper)
     here = evaluate(x)
     damping = np.full(len(x), _DAMPING)
     for _ in range(most):
@@ -160,7 +160,7 @@ def _step(
             _banded(hessian, off), gradient.ravel(), lower=True, check_finite=False
         ).reshape(n, m)
     except LinAlgError:  # rounding in a matrix that is all but singular
-        return gradient / size.max(axis=1, keepdims=True)
+        return np.asarray(gradient / size.max(axis=1, keepdims=True), dtype=float)
 
 
 def _banded(blocks: Array, off: Array) -> Array:

@@ -21,8 +21,8 @@ from handsim.types import Array
 
 _SOFT = 0.0005
 """Below this length a distance is rounded, so that its slope stays finite [m]."""
-CLEARANCE = 0.0005
-"""Overlap that is let pass, so that fingertips can touch [m]."""
+CLEARANCE = 0.0
+"""Overlap that is let pass [m]."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from handsim.types import Array, Mask
 
 DEEPEST = 0.0018
 """Overlap that is left alone [m]."""
-ROUNDS = 12
+ROUNDS = 20
 """How often stretches are fitted again at most."""
 STUBBORN = 5
 """Each time after so many, what is left is begun anew, straight from one end to the other."""

@@ -17,7 +17,12 @@ import mujoco
 from handsim.errors import FileError
 from handsim.robot_hands.reading._assets import Assets
 from handsim.robot_hands.reading._folders import UserFolders
-from handsim.robot_hands.reading._mending import add_servos, mend_inertia, quiet_compile
+from handsim.robot_hands.reading._mending import (
+    add_servos,
+    mend_inertia,
+    quiet_compile,
+    unheard_warnings,
+)
 from handsim.robot_hands.reading._mjcf_text import prepare_mjcf
 from handsim.robot_hands.reading._urdf_text import prepare_urdf
 from handsim.robot_hands.reading._xml_text import parse
@@ -120,7 +125,9 @@ def _read(root: ET.Element, file: Path, assets: Assets) -> HandFile:
         raise FileError(
             f"{file}: its root is <{str(root.tag)[:40]}>; give <mujoco> (MJCF) or <robot> (URDF)"
         )
-    spec = mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode"), assets=assets.content)
+    with unheard_warnings():
+        text = ET.tostring(root, encoding="unicode")
+        spec = mujoco.MjSpec.from_string(text, assets=assets.content)
     notes = mend_inertia(spec)
     for mesh in spec.meshes:
         if root.tag == "robot":  # whatever the direction of its triangles
