@@ -14,7 +14,8 @@ LONGEST_S = 20.0
 
 FINGER = """<link name="{f}_1"><inertial><mass value="0.02"/><inertia ixx="2e-6" iyy="4e-6"
 izz="4e-6" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>
-<mesh filename="package://in/cube.obj" scale="1 1 1"/></geometry></collision></link><link name="{f}_2"><collision><origin xyz="0.02 0 0"/>
+<mesh filename="package://in/cube.obj" scale="1 1 1"/></geometry></collision></link>
+<link name="{f}_2"><collision><origin xyz="0.02 0 0"/>
 <geometry><box size="0.04 0.014 0.014"/></geometry></collision></link><link name="{f}_tip"/>
 <joint name="{f}_a" type="revolute"><parent link="base"/><child link="{f}_1"/>
 <origin xyz="0.09 {y} 0" rpy="0 0 0"/><axis xyz="0 1 0"/>

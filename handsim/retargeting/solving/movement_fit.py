@@ -56,7 +56,8 @@ class Movement:
         apart = np.diff(x, axis=0)
         over = np.maximum(np.abs(apart) - self.steps, 0.0)
         gradient = self.previous**2 * apart + self.speed**2 * over * np.sign(apart)
-        return gradient, self.previous**2 + self.speed**2 * (over > 0)
+        beyond = np.asarray(over > 0, dtype=float)
+        return gradient, self.previous**2 + self.speed**2 * beyond
 
 
 def fit(
@@ -153,7 +154,8 @@ def _step(
     hessian *= free[:, :, None] & free[:, None, :]
     hessian[:, diagonal, diagonal] += held
     if movement is None or n == 1:
-        return np.linalg.solve(hessian, gradient[..., None])[..., 0]
+        alone = np.linalg.solve(hessian, gradient[..., None])[..., 0]
+        return np.asarray(alone, dtype=float)
     off = -bound * (free[1:] & free[:-1])
     try:
         return solveh_banded(
