@@ -21,7 +21,7 @@ ROUNDS = 20
 STUBBORN = 5
 """Each time after so many, what is left is begun anew, straight from one end to the other."""
 _STEPS = 5
-_BESIDE = 10
+_BESIDE = 5
 """Postures on either side of those that overlap which may change with them."""
 
 
