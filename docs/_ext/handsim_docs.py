@@ -47,9 +47,9 @@ ROOMS = (
     "recordings.points", "navigation", "navigation.proof", "learning", "learning.direction",
     "learning.general", "learning.guide", "learning.movement", "learning.pde", "learning.fit",
     "learning.transport", "driving", "hand", "arm", "objects", "tasks", "retargeting",
-    "grasping", "grasping.planning", "grasping.rollout", "grasping.judging", "grasping.sweep",
-    "baseline", "viewing", "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl",
-    "cli", "cli.recordings",
+    "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping", "grasping.planning",
+    "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline", "viewing",
+    "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip
 
 
