@@ -21,9 +21,9 @@ from handsim.types import Array
 SETTINGS: dict[str, Any] = {
     "threshold": 0.05,
     "preprocess_mode": "auto",  # repairs what is closed but crosses itself
-    "mcts_iterations": 60,
-    "mcts_nodes": 10,
-    "resolution": 1000,
+    "mcts_iterations": 30,
+    "mcts_nodes": 8,
+    "resolution": 600,
     "max_ch_vertex": 64,
     "max_convex_hull": 64,
 }
