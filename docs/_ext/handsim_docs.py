@@ -46,7 +46,8 @@ ROOMS = (
     "recordings.glove", "recordings.importers", "recordings.importers.ninapro",
     "recordings.points", "navigation", "navigation.proof", "learning", "learning.direction",
     "learning.general", "learning.guide", "learning.movement", "learning.pde", "learning.fit",
-    "driving", "hand", "objects", "objects.meshes", "tasks", "retargeting", "grasping", "grasping.planning",
+    "driving", "hand", "objects", "objects.meshes", "tasks", "retargeting", "grasping",
+    "grasping.planning", "grasping.planning.trials",
     "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline", "viewing",
     "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip

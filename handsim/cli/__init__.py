@@ -37,9 +37,7 @@ app = typer.Typer(
     rich_markup_mode=None,  # its imports would take two thirds of the time of --help
 )
 app.add_typer(hand.app, name="hand", help="Build hand models.", no_args_is_help=True)
-app.add_typer(
-    objects.app, name="object", help="Look at your own things.", no_args_is_help=True
-)
+app.add_typer(objects.app, name="object", help="Look at your own things.", no_args_is_help=True)
 app.add_typer(
     recordings.app, name="recordings", help="Import and inspect recordings.", no_args_is_help=True
 )

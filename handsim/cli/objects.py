@@ -1,13 +1,26 @@
 """`handsim object`: users' own things, looked at before they are grasped."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from handsim.cli.console import JsonFlag, check_gl, note, say, say_json, say_table, writable
+from handsim.cli.console import (
+    JsonFlag,
+    check_gl,
+    fraction_done,
+    note,
+    say,
+    say_json,
+    say_table,
+    writable,
+)
 
 if TYPE_CHECKING:
+    from handsim.grasping.conditions import Conditions
+    from handsim.grasping.planning.grasper import ControllerGrasper
+    from handsim.grasping.planning.own_object import OwnGrasp
     from handsim.objects.mesh_import import OwnObject
 
 app = typer.Typer()
@@ -20,7 +33,8 @@ ScaleOption = Annotated[
     float | None, typer.Option("--scale", help="Metres in the file's unit; guessed if left out.")
 ]
 MassOption = Annotated[
-    float | None, typer.Option("--mass", help="Mass in kg; that of water of its volume if left out.")
+    float | None,
+    typer.Option("--mass", help="Mass in kg; that of water of its volume if left out."),
 ]
 PiecesOption = Annotated[
     Path | None, typer.Option("--pieces", help="Folder of ready convex pieces, one mesh each.")
@@ -50,12 +64,13 @@ def check(
     if output is not None:
         _draw(own, output)
     if json:
-        say_json(_as_dict(own))
+        say_json(as_dict(own))
     else:
         _show(own)
 
 
-def _as_dict(own: "OwnObject") -> dict[str, Any]:
+def as_dict(own: "OwnObject") -> dict[str, Any]:
+    """Return what `handsim object check --json` says."""
     return {
         "name": own.object.name,
         "watertight": own.watertight,
@@ -107,6 +122,79 @@ def _draw(own: "OwnObject", output: Path) -> None:
 
     write_image(resting_sheet(own), output)
     note(f"wrote {max(1, len(own.resting))} pictures to {output}")
+
+
+MOST_JOBS = 4
+"""Processes that choose a grasp where none are asked for."""
+
+
+def default_jobs() -> int:
+    """Return one process for each processor, up to `MOST_JOBS`."""
+    return min(MOST_JOBS, os.cpu_count() or 1)
+
+
+def choose_grasp(
+    own: "OwnObject", grasper: "ControllerGrasper | None", conditions: "Conditions", jobs: int
+) -> "OwnGrasp":
+    """Choose a grasp of an own object, by script where no grasper is given, and say which."""
+    from handsim.grasping.planning.own_object import grasp_by_controller, grasp_by_script
+
+    with fraction_done("choosing a grasp") as progress:
+        if grasper is None:
+            chosen = grasp_by_script(own.object, conditions, n_jobs=jobs, progress=progress)
+        else:
+            chosen = grasp_by_controller(
+                grasper, own.object, conditions, n_jobs=jobs, progress=progress
+            )
+    note(f"chosen: {in_words(chosen)}")
+    return chosen
+
+
+def say_assumed(own: "OwnObject") -> None:
+    """Say on standard error what was mended and guessed of an own object."""
+    for phrase in own.mended:
+        note(f"{own.object.name}: mended: {phrase}")
+    for phrase in own.guessed:
+        note(f"{own.object.name}: guessed: {phrase}")
+
+
+_WAYS = {
+    "side": "from the side",
+    "handle": "by a bar, from the side",
+    "edge": "by an upright, from the side",
+    "tripod": "from above with three fingertips",
+}
+
+
+def in_words(chosen: "OwnGrasp") -> str:
+    """Return which grasp was chosen, and of how many."""
+    grasp = chosen.proposal.grasp
+    way = _WAYS.get(grasp.kind, "from above")
+    said = (
+        f"{chosen.task.object_name} {way}, thumb against {len(grasp.fingers)} fingers,"
+        f" {1000 * grasp.width:.0f} mm apart, {1000 * grasp.point[2]:.0f} mm above the table"
+    )
+    if not chosen.n_tried:
+        return f"{said}, as planned before"
+    return f"{said}; {chosen.n_held} of {chosen.n_tried} grasps held when tried by script"
+
+
+def grasp_as_dict(chosen: "OwnGrasp") -> dict[str, Any]:
+    """Return what `handsim grasp --object --json` says beside the verdict."""
+    grasp = chosen.proposal.grasp
+    return {
+        "grasp": {
+            "kind": grasp.kind,
+            "fingers": ["thumb", *grasp.fingers],
+            "width_m": grasp.width,
+            "point_m": list(grasp.point),
+            "opposition": list(grasp.opposition),
+            "approach": list(grasp.approach),
+            "firmness": chosen.proposal.firm,
+        },
+        "grasps_tried": chosen.n_tried,
+        "grasps_held_by_script": chosen.n_held,
+    }
 
 
 @app.callback()

@@ -35,6 +35,8 @@ one adds `GRIP_PER_FINGER`. People's grip of a filled glass is 3 to 10 N."""
 GRIP_PER_FINGER = 8.0
 GIVES_WAY = 0.012
 """How far from where it is expected a finger still finds the surface [m]."""
+LEVER = 0.05
+"""Length by which torques are divided [m]."""
 EDGES = 6
 """Edges of the pyramid that stands for a friction cone."""
 SAMPLES = 12
@@ -67,7 +69,8 @@ def disturbances(n: int = SAMPLES, seed: int = 0) -> Disturbances:
     """Draw samples; the first is undisturbed but for mid friction."""
     generator = np.random.default_rng([seed, 1988])
     shift, turn = generator.normal(0, SHIFT, (n, 3)), generator.normal(0, TURN, n)
-    friction = generator.permutation(FRICTION[0] + (np.arange(n) + 0.5) / n * np.ptp(FRICTION))
+    spread = FRICTION[0] + (np.arange(n) + 0.5) / n * (FRICTION[1] - FRICTION[0])
+    friction: Array = generator.permutation(spread)
     mass = generator.uniform(*MASS, n)
     shift[0], turn[0], friction[0], mass[0] = 0.0, 0.0, np.mean(FRICTION), 1.0
     return Disturbances(shift, turn, friction, mass)
@@ -127,9 +130,7 @@ def _contacts(
                 owner.append((i, k, thumb))
     lines, directions = np.array(starts), np.array(axes)
     spans = solid.spans(lines, directions)
-    touched: list[list[list[tuple[Array, Array]]]] = [
-        [[] for _ in drawn.turn] for _ in grasps
-    ]
+    touched: list[list[list[tuple[Array, Array]]]] = [[[] for _ in drawn.turn] for _ in grasps]
     for line, rows in _by_line(spans.line, len(lines)):
         i, k, thumb = owner[line]
         half = grasps[i].width / 2
@@ -147,9 +148,7 @@ def _contacts(
 def _by_line(line: Index, n: int) -> list[tuple[int, Index]]:
     """Return the rows of each line that has any."""
     bounds = np.searchsorted(line, np.arange(n + 1))
-    return [
-        (i, np.arange(bounds[i], bounds[i + 1])) for i in range(n) if bounds[i] < bounds[i + 1]
-    ]
+    return [(i, np.arange(bounds[i], bounds[i + 1])) for i in range(n) if bounds[i] < bounds[i + 1]]
 
 
 def _spare(
@@ -169,10 +168,8 @@ def _spare(
     return 1.0 - worst / (2 * strength)
 
 
-def _wrenches(
-    touched: list[tuple[Array, Array]], centre: Array, mu: float
-) -> tuple[Array, Array]:
-    """Return wrenches about the centre, (6, n) with lever arms in units of 50 mm, and pushes (n,).
+def _wrenches(touched: list[tuple[Array, Array]], centre: Array, mu: float) -> tuple[Array, Array]:
+    """Return wrenches about the centre, (6, n) arms in units of `LEVER`, and pushes (n,).
 
     The push is the normal force of each.
     """
@@ -183,11 +180,10 @@ def _wrenches(
     second = np.cross(normals, first)
     angles = 2 * np.pi * np.arange(EDGES) / EDGES
     sliding = np.cos(angles)[:, None, None] * first + np.sin(angles)[:, None, None] * second
-    forces = (normals + mu * sliding).reshape(-1, 3)
-    arms = np.tile((points - centre) / 0.05, (EDGES, 1))
-    columns = [np.hstack([forces, np.cross(arms, forces)])]
-    for sign in (-1.0, 1.0):
-        moment = np.cross((points - centre) / 0.05, normals) + sign * mu * TORSION / 0.05 * normals
-        columns.append(np.hstack([normals, moment]))
-    generators = np.vstack(columns).T
+    forces: Array = (normals + mu * sliding).reshape(-1, 3)
+    arms: Array = (points - centre) / LEVER
+    columns = [np.hstack([forces, np.cross(np.tile(arms, (EDGES, 1)), forces)])]
+    for twist in (-mu * TORSION / LEVER, mu * TORSION / LEVER):
+        columns.append(np.hstack([normals, np.cross(arms, normals) + twist * normals]))
+    generators: Array = np.vstack(columns).T
     return generators, np.ones(generators.shape[1])

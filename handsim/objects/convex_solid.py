@@ -96,24 +96,24 @@ class ConvexSolid:
             self._spans(origins[i : i + size], directions[i : i + size], i)
             for i in range(0, max(len(origins), 1), size)
         ]
-        return Spans(
-            *(np.concatenate([getattr(each, name) for each in parts]) for name in _FIELDS)
-        )
+        return Spans(*(np.concatenate([getattr(each, name) for each in parts]) for name in _FIELDS))
 
     def contains(self, points: Array) -> Mask:
         """Return which points (n, 3) [m] lie inside."""
         outside = points @ self.normals.T > self.offsets
-        return ~np.logical_or.reduceat(outside, self.first, axis=1).all(axis=1)
+        return np.asarray(~np.logical_or.reduceat(outside, self.first, axis=1).all(axis=1))
 
     def _spans(self, origins: Array, directions: Array, number: int) -> Spans:
         enter, leave, plane_in, plane_out = self._cut(origins, directions)
         order = np.argsort(enter, axis=1, kind="stable")
-        enter, leave, plane_in, plane_out = (
-            np.take_along_axis(each, order, axis=1) for each in (enter, leave, plane_in, plane_out)
+        enter, leave = (np.take_along_axis(each, order, axis=1) for each in (enter, leave))
+        plane_in, plane_out = (
+            np.take_along_axis(each, order, axis=1) for each in (plane_in, plane_out)
         )
         farthest = np.maximum.accumulate(leave, axis=1)
         column = np.arange(enter.shape[1])
-        farthest_at = np.maximum.accumulate(np.where(leave >= farthest, column, 0), axis=1)
+        latest = np.where(leave >= farthest, column, 0).astype(np.int64)
+        farthest_at = np.maximum.accumulate(latest, axis=1)
         met = np.isfinite(enter)
         begins = met.copy()
         begins[:, 1:] &= enter[:, 1:] > farthest[:, :-1] + GAP
@@ -194,8 +194,8 @@ def _primitive(collider: Collider) -> Array:
             for rise in rises
         ]
     )
-    upper = np.unique(np.round(cap * size[0], 9), axis=0) + [0.0, 0.0, half]
-    return np.vstack([upper, upper * [1.0, 1.0, -1.0]])
+    upper = np.unique(np.round(cap * size[0], 9), axis=0) + np.array([0.0, 0.0, half])
+    return np.vstack([upper, upper * np.array([1.0, 1.0, -1.0])])
 
 
 def _around(n: int) -> Array:

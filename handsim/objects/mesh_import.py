@@ -20,7 +20,7 @@ from handsim.objects.meshes.mesh_file import FORMATS, read_triangles
 from handsim.objects.meshes.resting import RestingPose, Up, resting_poses, turn_up
 from handsim.objects.meshes.surface import centroid, signed_volume
 from handsim.objects.meshes.units import UNITS, guess_unit
-from handsim.objects.object import Collider, GraspObject, Piece, TriangleMesh, Vec3, hull
+from handsim.objects.object import GraspObject, Piece, TriangleMesh, Vec3, hull
 from handsim.types import Array
 
 __all__ = ["FORMATS", "OwnObject", "object_from_mesh", "read_object"]
@@ -227,15 +227,13 @@ def _guessed_scale(
     other = f", or {1000 * longest * metres:.3g} mm if it is in {guess.other}"
     doubt = f" (sure to {100 * guess.share:.0f} %{other})" if guess.share < 0.98 else ""
     guessed.append(
-        f"unit {guess.name}: longest side {longest:.3g} in the file, {1000 * longest * guess.scale:.3g}"
-        f" mm{doubt}; --scale sets it"
+        f"unit {guess.name}: longest side {longest:.3g} in the file,"
+        f" {1000 * longest * guess.scale:.3g} mm{doubt}; --scale sets it"
     )
     return guess.scale
 
 
-def _way_up(
-    up: Up | None, resting: Sequence[RestingPose], path: Path, guessed: list[str]
-) -> Vec3:
+def _way_up(up: Up | None, resting: Sequence[RestingPose], path: Path, guessed: list[str]) -> Vec3:
     """Return what is to point up, in the axes of the file."""
     if up is None:
         if resting:

@@ -24,7 +24,14 @@ from handsim.objects.object import Collider, GraspObject, Hinge, Piece, Triangle
 from handsim.physics import CONTACT_SOLREF
 from handsim.types import Array
 
-__all__ = ["OBJECTS", "add_object", "centre_of_mass", "object_by_name", "object_from_mesh", "read_mesh"]
+__all__ = [
+    "OBJECTS",
+    "add_object",
+    "centre_of_mass",
+    "object_by_name",
+    "object_from_mesh",
+    "read_mesh",
+]
 
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
 """Geom groups as in mujoco_menagerie: 2 is drawn, 3 takes part in contact."""

@@ -129,7 +129,8 @@ def _levels(solid: ConvexSolid, centre: Array) -> Array:
     top = float(solid.points[:, 2].max())
     lowest = min(TIP_ROOM, top / 2)
     n = max(N_LEVELS, int(top / 0.02))
-    levels = [centre[2], top - RIM, *(top * (np.arange(n) + 0.5) / n)]
+    spread = top * (np.arange(n, dtype=np.float64) + 0.5) / n
+    levels = np.array([centre[2], top - RIM, *spread])
     return np.unique(np.round(np.maximum(levels, lowest), 4))
 
 

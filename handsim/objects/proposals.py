@@ -96,9 +96,7 @@ def propose_grasps(grasp_object: GraspObject) -> tuple[Proposal, ...]:
             f" {1000 * WIDTH_RANGE[1]:g} mm apart that fingers get to; set it down another way"
             " (--up) or scale it"
         )
-    firm = firmness(
-        solid, [grasp for grasp, _ in found], centre, grasp_object.mass, disturbances()
-    )
+    firm = firmness(solid, [grasp for grasp, _ in found], centre, grasp_object.mass, disturbances())
     facing = np.rad2deg(pairs.facing)
     proposals = [
         Proposal(grasp, float(facing[i]), float(lever[i]), float(share))
@@ -128,7 +126,7 @@ def short_list(proposals: Sequence[Proposal], n: int = MOST_TRIED) -> tuple[Prop
 
 def _place(grasp: Grasp) -> tuple[int, ...]:
     """Return the place in cells of 15 mm, whatever the side that is come from."""
-    return tuple(int(round(value / 0.015)) for value in (*grasp.point, grasp.width))
+    return tuple(round(value / 0.015) for value in (*grasp.point, grasp.width))
 
 
 def _thinned(pairs: Opposed, centre: Array) -> Opposed:

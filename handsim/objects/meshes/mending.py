@@ -1,11 +1,12 @@
 """Closed bodies of a file's triangles: what can safely be mended is, what cannot is refused.
 
 Mended are vertices that do not quite meet, triangles given twice, triangles and whole bodies that
-are turned inside out, and small holes. What is done is said. Nothing is guessed about large openings
-or about surfaces that are no boundary of a solid.
+are turned inside out, and small holes. What is done is said. Nothing is guessed about large
+openings or about surfaces that are no boundary of a solid.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -111,11 +112,12 @@ def mend(triangles: Triangles) -> Solid:
             " closed solid"
         )
     if n_turned:
-        done.append(f"{n_turned} triangles turned the way round of their neighbours")
+        done.append(f"{_counted(n_turned, 'triangle')} turned the way round of their neighbours")
     if edges.count.max() > 2:
         raise InputError(
-            f"more than two triangles meet at {int((edges.count > 2).sum())} edges: the surface"
-            " touches or crosses itself; make it one solid (boolean union) and export it again"
+            f"more than two triangles meet at {_counted(int((edges.count > 2).sum()), 'edge')}: the"
+            " surface touches or crosses itself; make it one solid (boolean union) and export it"
+            " again"
         )
     faces, patch, vertices = _closed(vertices, faces, patch, size, done)
     bodies = _nested(_bodies(vertices, faces, patch, size, done), size, done)
@@ -140,7 +142,7 @@ def _joined(triangles: Triangles, size: float, done: list[str]) -> tuple[Array, 
     n_left = int(EdgeTable.of(joined).open.sum()) if len(joined) else n_open
     if n_left >= n_open:
         return vertices, faces, watertight
-    done.append(f"seams closed: {n_open - n_left} edges whose ends did not quite meet")
+    done.append(f"seams closed: {_counted(n_open - n_left, 'edge')} whose ends did not quite meet")
     return wider, joined, False
 
 
@@ -161,7 +163,7 @@ def _once(faces: Index, done: list[str]) -> Index:
     if n_more > len(faces) / 4:
         done.append(f"double shell: {n_more} triangles given twice, taken once")
         return faces[np.sort(first)]
-    done.append(f"{n_more} triangles given more than once, as of a flap without thickness")
+    done.append(f"{_counted(n_more, 'triangle')} given more than once, a flap without thickness")
     return faces[(count[group.ravel()] % 2) == 1]
 
 
@@ -179,7 +181,8 @@ def _closed(
             n_holes += 1
             fan, middle = _fan(vertices, loop, n)
             points = vertices[loop]
-            widest = max(widest, float(np.linalg.norm(np.ptp(points, axis=0))))
+            spokes = np.linalg.norm(points - points.mean(axis=0), axis=1)
+            widest = max(widest, 2 * float(spokes.max()))
             added.append(fan)
             owner.append(np.full(len(fan), number))
             if len(middle):
@@ -188,13 +191,15 @@ def _closed(
             patched += _fan_area(points)
     if widest > MAX_HOLE * size or patched > MAX_PATCHED * whole:
         raise InputError(
-            f"the mesh is not watertight: {n_holes} holes, the widest {100 * widest / size:.0f} % of"
-            f" its longest side across, {100 * patched / whole:.0f} % of its surface in all; up to"
-            f" {100 * MAX_HOLE:g} % and {100 * MAX_PATCHED:g} % are closed here, larger ones may be"
-            " meant: close them, or give a bare surface some thickness, and export it again"
+            f"the mesh is not watertight: {_counted(n_holes, 'hole')}, the widest"
+            f" {100 * widest / size:.0f} % of the longest side across, and"
+            f" {100 * patched / whole:.0f} % of the surface in all; up to {100 * MAX_HOLE:g} % and"
+            f" {100 * MAX_PATCHED:g} % are closed here, larger ones may be meant: close them, or"
+            " give a bare surface some thickness, and export it again"
         )
     done.append(
-        f"{n_holes} small holes closed, the widest {100 * widest / size:.1f} % of the longest side"
+        f"{_counted(n_holes, 'small hole')} closed, the widest {100 * widest / size:.1f} % of the"
+        " longest side across"
     )
     return np.concatenate(added), np.concatenate(owner), np.vstack(middles)
 
@@ -223,14 +228,14 @@ def _bodies(
     """Return the bodies that enclose something, all right side out, the largest first."""
     order = np.argsort(patch, kind="stable")
     bounds = np.searchsorted(patch[order], np.arange(int(patch.max()) + 2))
-    parts = [faces[order[a:b]] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    parts = [faces[order[a:b]] for a, b in pairwise(bounds)]
     volumes = np.array([signed_volume(vertices, part) for part in parts])
     largest = np.abs(volumes).max()
     if largest < MIN_FILL * size**3:
         raise InputError("the mesh encloses no volume; give it some thickness")
     kept = [i for i in np.argsort(-np.abs(volumes)) if abs(volumes[i]) >= SPECK * largest]
     if len(kept) < len(parts):
-        done.append(f"{len(parts) - len(kept)} specks left out")
+        done.append(f"{_counted(len(parts) - len(kept), 'speck')} left out")
     if len(kept) > MAX_BODIES:
         raise InputError(
             f"{len(kept)} separate bodies, more than {MAX_BODIES}: a scene rather than a thing;"
@@ -265,7 +270,9 @@ def _nested(bodies: list[ClosedSurface], size: float, done: list[str]) -> list[C
         faces = body.faces[:, ::-1] if hollow else body.faces
         found.append(ClosedSurface(body.vertices, faces, hollow))
     if n_turned:
-        which = "turned right side out" if n_solid == 1 else f"{n_turned} of {n_solid} bodies turned"
+        which = (
+            "turned right side out" if n_solid == 1 else f"{n_turned} of {n_solid} bodies turned"
+        )
         done.append(f"inside out: {which}")
     if n_solid > 1:
         done.append(f"{n_solid} bodies taken as one rigid thing")
@@ -279,3 +286,7 @@ def _inside(body: ClosedSurface, other: ClosedSurface) -> bool:
         return False
     some = body.vertices[np.linspace(0, len(body.vertices) - 1, 3).astype(int)]
     return all(winding(other.vertices, other.faces, point) > 0.5 for point in some)
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what}{'s' * (n != 1)}"

@@ -53,9 +53,7 @@ def read_triangles(path: Path) -> Triangles:
         vertices, faces = _loaded(path, kind)
     except Exception as error:  # every parser raises its own classes
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise FileError(
-            f"{path}: not a readable mesh ({reason[:120]}); export it again"
-        ) from error
+        raise FileError(f"{path}: not a readable mesh ({reason[:120]}); export it again") from error
     if len(faces) == 0:
         raise FileError(f"{path}: holds no surface of triangles; export it again")
     if len(faces) > MAX_FACES:

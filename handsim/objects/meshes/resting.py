@@ -1,9 +1,9 @@
 """How a rigid body rests on a table, most stable first.
 
 A body rests on a face of its convex hull where the centre of mass is above it. It tips over an edge
-of that face once the centre of mass has risen to stand above the edge; the least rise over all edges
-says how stable it is. Curved undersides and scans touch at several facets: all points within a
-little of the lowest count as touching.
+of that face once the centre of mass has risen to stand above the edge; the least rise over all
+edges says how stable it is. Curved undersides and scans touch at several facets: all points within
+a little of the lowest count as touching.
 """
 
 from dataclasses import dataclass
@@ -23,8 +23,10 @@ TOUCHING = 0.004
 """Height within which points touch the table, as a share of the longest side."""
 ALIKE = np.deg2rad(8.0)
 """Poses nearer than this are one [rad]."""
-MOST = 8
+MOST = 6
 """Poses that are kept."""
+ROLLS_DEG = 3.0
+"""Poses that tip more easily are rolling ones; they are kept where there are no others."""
 TIE = 0.05
 """Relative difference of rises below which the file's own way up decides."""
 MAX_POINTS = 1200
@@ -90,7 +92,8 @@ def resting_poses(points: Array, centre: Array) -> tuple[RestingPose, ...]:
     for pose in poses:
         if all(np.dot(pose.up, other.up) < np.cos(ALIKE) for other in kept):
             kept.append(pose)
-    return tuple(_own_way_first(kept)[:MOST])
+    steady = [pose for pose in kept if pose.tips_at_deg >= ROLLS_DEG]
+    return tuple(_own_way_first(steady or kept)[:MOST])
 
 
 def _pose(corners: Array, centre: Array, down: Array, touching: float) -> RestingPose | None:

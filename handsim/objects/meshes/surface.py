@@ -170,7 +170,7 @@ def merged(vertices: Array, faces: Index, tolerance: float) -> tuple[Array, Inde
     used, faces = np.unique(faces, return_inverse=True)
     vertices, number = np.unique(vertices[used], axis=0, return_inverse=True)
     faces = number[faces.reshape(-1, 3)]
-    near = KDTree(vertices).query_pairs(tolerance, output_type="ndarray") if tolerance else []
+    near: Index = KDTree(vertices).query_pairs(tolerance, output_type="ndarray")
     if len(near) == 0:
         return vertices, faces
     n = len(vertices)

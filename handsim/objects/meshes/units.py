@@ -7,14 +7,14 @@ import numpy as np
 UNITS = {
     "m": (1.0, 1.0),
     "mm": (0.001, 4.0),
-    "cm": (0.01, 0.5),
-    "inch": (0.0254, 0.5),
+    "cm": (0.01, 0.4),
+    "inch": (0.0254, 0.6),
     "dm": (0.1, 0.15),
 }
-"""Metres in each, and how often files are in it, roughly: CAD writes millimetres, robotics metres."""
-USUAL_SIZE, SIZE_SPREAD = 0.10, 0.70
-"""Longest side of things grasped by one hand [m], and the spread of its logarithm: half of the
-objects of the YCB set lie between 60 and 160 mm."""
+"""Metres in each, and how often files are in it, roughly: CAD writes mm, robotics m."""
+USUAL_SIZE, SIZE_SPREAD = 0.12, 0.70
+"""Longest side of things grasped by one hand [m], and the spread of its logarithm, chosen: two
+thirds lie between 60 and 240 mm, from a cube to a bottle."""
 USUAL_DENSITY, DENSITY_SPREAD = 900.0, 1.2
 """Mass over volume of a mesh [kg/m^3]; hollow things are often modelled as solid."""
 
