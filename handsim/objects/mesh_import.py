@@ -237,7 +237,7 @@ def _way_up(up: Up | None, resting: Sequence[RestingPose], path: Path, guessed: 
     """Return what is to point up, in the axes of the file."""
     if up is None:
         if resting:
-            guessed.append(f"up {resting[0].name}: its most stable side; --up sets another")
+            guessed.append(f"up {resting[0].name}: how it rests most steadily; --up sets another")
             return resting[0].up
         guessed.append("up +z: it rests on no side, and will roll")
         return (0.0, 0.0, 1.0)

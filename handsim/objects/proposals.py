@@ -31,7 +31,7 @@ __all__ = ["MOST_TRIED", "REACH", "WIDTH_RANGE", "Proposal", "propose_grasps", "
 
 MOST_TRIED = 20
 """Proposals of a short list."""
-PER_FAMILY = 20
+PER_FAMILY = 10
 """Grasps of each family that are judged by force closure."""
 PER_PLACE = 4
 """Grasps that differ in nothing but the side they come from."""
@@ -106,10 +106,17 @@ def propose_grasps(grasp_object: GraspObject) -> tuple[Proposal, ...]:
 
 
 def short_list(proposals: Sequence[Proposal], n: int = MOST_TRIED) -> tuple[Proposal, ...]:
-    """Return up to ``n`` proposals, good ones of every kind: each further one alike counts less."""
-    left, chosen = list(proposals), list[Proposal]()
-    families: Counter[_Family] = Counter()
-    places: Counter[tuple[int, ...]] = Counter()
+    """Return up to ``n`` proposals that differ, the best of every family among them.
+
+    Each further one of a family or a place counts less.
+    """
+    best_of: dict[_Family, Proposal] = {}
+    for each in proposals:
+        best_of.setdefault(each.family, each)
+    chosen = list(best_of.values())[:n]
+    left = [each for each in proposals if each not in chosen]
+    families: Counter[_Family] = Counter(each.family for each in chosen)
+    places: Counter[tuple[int, ...]] = Counter(_place(each.grasp) for each in chosen)
     while left and len(chosen) < n:
         best = min(
             left,

@@ -36,7 +36,8 @@ def test_a_block_is_held_at_its_middle_and_not_at_its_end_by_two_fingers() -> No
 def test_the_weight_that_friction_bears_is_that_of_statics() -> None:
     """Thumb and fingers press with N each: 2 mu N bears the weight and a push from above."""
     limit = 2 * 0.5 * (15.0 + 2 * 8.0) / 9.81 / 1.4
-    assert firm(across(), 0.97 * limit, one(0.5)) > 0.0
+    # A pyramid of six edges reaches cos(30 deg) of the cone where it reaches least.
+    assert firm(across(), 0.85 * limit, one(0.5)) > 0.0
     assert firm(across(), 1.03 * limit, one(0.5)) == 0.0
 
 

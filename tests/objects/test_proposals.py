@@ -8,7 +8,15 @@ import trimesh
 from handsim.errors import InputError
 from handsim.objects.mesh_import import object_from_mesh
 from handsim.objects.mjcf import OBJECTS
-from handsim.objects.object import GraspObject, Piece, TriangleMesh, box, drum, ring
+from handsim.objects.object import (
+    Collider,
+    GraspObject,
+    Piece,
+    TriangleMesh,
+    box,
+    drum,
+    ring,
+)
 from handsim.objects.proposals import (
     MOST_TRIED,
     REACH,
@@ -58,10 +66,8 @@ def test_proposals_lie_on_opposed_surfaces_within_reach(name: str) -> None:
         assert distance < 0 or 1.0 - distance < REACH + 1e-6
 
 
-def test_a_ring_too_wide_to_span_is_taken_by_its_rim(tmp_path: Path) -> None:
-    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
-    ring = trimesh.creation.annulus(0.06, 0.07, 0.04, sections=32)
-    best = propose_grasps(own(ring, tmp_path))[0].grasp
+def test_a_ring_too_wide_to_span_is_taken_by_its_rim() -> None:
+    best = propose_grasps(of_pieces(*ring((0.06, 0.06), (0.07, 0.07), (0.0, 0.04), 32)))[0].grasp
     assert best.kind in ("top", "tripod")
     assert best.width == pytest.approx(0.01, abs=0.002)
     assert np.linalg.norm(best.point[:2]) == pytest.approx(0.065, abs=0.002)
@@ -101,24 +107,35 @@ def test_a_task_with_an_object_of_ones_own_builds_its_scene(tmp_path: Path) -> N
     assert model.body("object").mass[0] == pytest.approx(0.1)
 
 
-def vessel() -> GraspObject:
-    """A cup without decomposition: a wall of 24 staves, a bottom, and a handle at +x."""
-    staves = ring((0.036, 0.036), (0.040, 0.040), (0.0, 0.09), 24)
-    bar = (box((0.026, 0.010, 0.010), (0.052, 0, 0.02)), box((0.026, 0.010, 0.010), (0.052, 0, 0.07)),
-           box((0.010, 0.010, 0.060), (0.065, 0, 0.045)))  # fmt: skip
+def of_pieces(*colliders: Collider) -> GraspObject:
+    """An object of given contact pieces whose mass is that of a drum."""
     mesh = trimesh.creation.cylinder(0.04, 0.09).apply_translation((0, 0, 0.045))
     surface = TriangleMesh(np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int32))
     pieces = (Piece(surface, 0.2, (0.5, 0.5, 0.5, 1.0)),)
-    colliders = (*staves, drum(0.036, 0.0, 0.004), *bar)
-    return GraspObject("vessel", "handle", pieces, colliders, source="made up")
+    return GraspObject("made-up", "handle", pieces, colliders, source="made up")
+
+
+@pytest.fixture(scope="module")
+def vessel() -> GraspObject:
+    """A cup without decomposition: a wall of 16 staves, a bottom, and a handle at +x."""
+    staves = ring((0.036, 0.036), (0.040, 0.040), (0.0, 0.09), 16)
+    arms = [box((0.026, 0.010, 0.010), (0.052, 0, z)) for z in (0.02, 0.07)]
+    bar = (*arms, box((0.010, 0.010, 0.060), (0.065, 0, 0.045)))
+    return of_pieces(*staves, drum(0.036, 0.0, 0.004), *bar)
+
+
+@pytest.fixture(scope="module")
+def proposals(vessel: GraspObject) -> tuple[Proposal, ...]:
+    return propose_grasps(vessel)
 
 
 def families(proposals: tuple[Proposal, ...]) -> set[tuple[str, int]]:
     return {(each.grasp.kind, len(each.grasp.fingers)) for each in proposals}
 
 
-def test_a_vessel_is_taken_across_by_its_rim_and_by_its_handle() -> None:
-    proposals = propose_grasps(vessel())
+def test_a_vessel_is_taken_across_by_its_rim_and_by_its_handle(
+    proposals: tuple[Proposal, ...],
+) -> None:
     assert {("side", 4), ("top", 4), ("top", 3), ("top", 2), ("handle", 2)} <= families(proposals)
     best = proposals[0].grasp
     assert best.width == pytest.approx(0.08, abs=0.001)
@@ -131,9 +148,9 @@ def test_a_vessel_is_taken_across_by_its_rim_and_by_its_handle() -> None:
     assert all(np.hypot(*grasp.point[:2]) == pytest.approx(0.038, abs=0.003) for grasp in rim)
 
 
-def test_no_finger_passes_through_what_is_grasped() -> None:
+def test_no_finger_passes_through_what_is_grasped(proposals: tuple[Proposal, ...]) -> None:
     """From the side a hand does not come through the handle."""
-    for each in propose_grasps(vessel()):
+    for each in proposals:
         if each.grasp.kind == "side":
             assert not (each.grasp.approach[0] < -0.9 and abs(each.grasp.point[1]) < 0.01)
 
@@ -143,19 +160,26 @@ def test_low_things_are_taken_from_above(tmp_path: Path) -> None:
     proposals = propose_grasps(bar)
     assert all(each.grasp.approach == (0, 0, -1) for each in proposals)
     best = proposals[0]
-    assert (best.grasp.kind, best.grasp.point[2]) == ("top", pytest.approx(0.002))
+    assert (best.grasp.kind, best.grasp.point[2]) == ("top", pytest.approx(0.002, abs=5e-4))
     assert best.lever < 0.004
     assert families(proposals) >= {("top", 2), ("top", 3), ("tripod", 2)}
 
 
-def test_the_short_list_has_grasps_of_every_kind() -> None:
-    proposals = propose_grasps(vessel())
+def test_the_short_list_has_grasps_of_every_kind(proposals: tuple[Proposal, ...]) -> None:
     few = short_list(proposals)
     assert len(few) == MOST_TRIED
     assert few[0] == proposals[0]
+    assert len({_cell(each) for each in few}) >= 12
     assert families(few) == families(proposals)
-    assert short_list(proposals[:5]) != () and len(short_list(proposals[:5])) == 5
+    assert set(short_list(proposals[:5])) == set(proposals[:5])
 
 
-def test_the_same_object_gives_the_same_proposals() -> None:
-    assert propose_grasps(vessel()) == propose_grasps(vessel())
+def _cell(proposal: Proposal) -> tuple:
+    grasp = proposal.grasp
+    return (grasp.kind, len(grasp.fingers), *np.round(np.array(grasp.point) / 0.015).tolist())
+
+
+def test_the_same_object_gives_the_same_proposals(
+    vessel: GraspObject, proposals: tuple[Proposal, ...]
+) -> None:
+    assert propose_grasps(vessel) == proposals

@@ -25,6 +25,8 @@ ALIKE = np.deg2rad(8.0)
 """Poses nearer than this are one [rad]."""
 MOST = 6
 """Poses that are kept."""
+STEADY_DEG = 12.0
+"""Tilt that a file's own way up has to stand, to come before its most stable way upside down."""
 ROLLS_DEG = 3.0
 """Poses that tip more easily are rolling ones; they are kept where there are no others."""
 TIE = 0.05
@@ -121,12 +123,20 @@ def _pose(corners: Array, centre: Array, down: Array, touching: float) -> Restin
 
 
 def _own_way_first(poses: list[RestingPose]) -> list[RestingPose]:
-    """Return poses as stable as the first in the order z up, y up, any other, then the rest."""
+    """Return poses as stable as the first in the order z up, y up, any other, then the rest.
+
+    Where the first is upside down to the file, the file's own way comes before it if it is steady.
+    """
     if not poses:
         return poses
     alike = [pose for pose in poses if pose.rise >= (1 - TIE) * poses[0].rise]
     alike.sort(key=lambda pose: (-round(pose.up[2], 2), -round(pose.up[1], 2)))
-    return [*alike, *(pose for pose in poses if pose not in alike)]
+    ordered = [*alike, *(pose for pose in poses if pose not in alike)]
+    if max(ordered[0].up) < -min(ordered[0].up):  # a cup on its rim: files have things upright
+        over = [pose for pose in ordered if np.dot(pose.up, ordered[0].up) < -np.cos(ALIKE)]
+        if over and over[0].tips_at_deg >= STEADY_DEG:
+            ordered = [over[0], *(pose for pose in ordered if pose is not over[0])]
+    return ordered
 
 
 def turn_up(up: Up | Vec3) -> Rotation:
