@@ -130,8 +130,9 @@ def _levels(solid: ConvexSolid, centre: Array) -> Array:
     lowest = min(TIP_ROOM, top / 2)
     n = max(N_LEVELS, int(top / 0.02))
     spread = top * (np.arange(n, dtype=np.float64) + 0.5) / n
-    levels = np.array([centre[2], top - RIM, *spread])
-    return np.unique(np.round(np.maximum(levels, lowest), 4))
+    levels = np.array([centre[2], top - RIM, *spread], dtype=np.float64)
+    raised: Array = np.maximum(levels, lowest)
+    return np.unique(np.round(raised, 4))
 
 
 def _directions(solid: ConvexSolid) -> list[Array]:

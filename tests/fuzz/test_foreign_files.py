@@ -124,7 +124,7 @@ def things() -> dict[str, bytes]:
 @pytest.mark.parametrize("name", sorted(things()))
 def test_own_things_are_checked_or_refused_in_one_line_and_soon(sandbox, name, monkeypatch):
     """What has to be decomposed is taken as it is here: that is done by another program."""
-    monkeypatch.setattr("handsim.objects.mesh_import.decompose", lambda v, f, seed: [v])
+    monkeypatch.setattr("handsim.objects.contact_pieces.decompose", lambda v, f, seed: [v])
     whole = things()[name]
     longest = 0.0
 

@@ -8,7 +8,8 @@ import pytest
 import trimesh
 
 from handsim.errors import FileError, InputError, MissingToolError
-from handsim.objects.mesh_import import MAX_HULL_POINTS, object_from_mesh, read_object
+from handsim.objects.contact_pieces import MAX_HULL_POINTS
+from handsim.objects.mesh_import import object_from_mesh, read_object
 from handsim.objects.mjcf import add_object
 from handsim.objects.object import GraspObject
 from handsim.tasks.scene import build_scene
@@ -208,7 +209,7 @@ def test_no_other_file_is_opened_for_a_mesh(
 def test_a_damaged_file_gives_an_object_or_one_line(
     tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("handsim.objects.mesh_import.decompose", lambda v, f, s: [v])
+    monkeypatch.setattr("handsim.objects.contact_pieces.decompose", lambda v, f, s: [v])
     whole = saved(trimesh.creation.box((0.04, 0.05, 0.06)), tmp_path / f"whole.{kind}").read_bytes()
     generator = np.random.default_rng(7)
     path, refused = tmp_path / f"damaged.{kind}", 0
@@ -312,7 +313,7 @@ def test_ready_pieces_are_taken_in_place_of_a_decomposition(tmp_path: Path) -> N
 def test_bodies_that_are_each_convex_need_no_decomposition(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("handsim.objects.mesh_import.decompose", None)
+    monkeypatch.setattr("handsim.objects.contact_pieces.decompose", None)
     head = trimesh.creation.box((0.1, 0.03, 0.03)).apply_translation((0, 0.1, 0))
     hammer = trimesh.util.concatenate([head, trimesh.creation.box((0.02, 0.28, 0.02))])
     own = read_object(saved(hammer, tmp_path / "hammer.stl"))

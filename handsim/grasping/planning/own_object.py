@@ -21,7 +21,7 @@ from handsim.grasping.planning.trials.scripted_trials import (
     GENERATIONS,
     N_PERTURBED,
     ScriptedGrasper,
-    Tried,
+    TriedGrasp,
     script_cost,
     search_offsets,
     try_by_script,
@@ -166,7 +166,7 @@ def grasp_by_controller(
         grasp_object, usual, proposals, n_jobs=n_jobs, progress=_part(progress, 0.0, 0.25)
     )
     fitted = _fitted(grasper.controller, tried, usual, n_jobs, _part(progress, 0.25, 0.6))
-    best: tuple[Tried, GraspPlan, bool] | None = None
+    best: tuple[TriedGrasp, GraspPlan, bool] | None = None
     for cost, each, plan in fitted[:N_COMPARED]:
         if cost < STEADY and _holds(grasper.controller, each.task, plan, usual):
             best = each, plan, True
@@ -186,17 +186,19 @@ def grasp_by_controller(
 
 def _fitted(
     controller: GraspController,
-    tried: Sequence[Tried],
+    tried: Sequence[TriedGrasp],
     conditions: Conditions,
     n_jobs: int,
     progress: Progress | None,
-) -> list[tuple[float, Tried, GraspPlan]]:
-    """Return fits of the best grasps with their costs, the best first.
+) -> list[tuple[float, TriedGrasp, GraspPlan]]:
+    """Return fits of the best grasps of every kind with their costs, the best first.
 
     The cost of the first few is that of perturbed runs as well.
     """
-    chosen = sorted(tried, key=lambda each: each.cost)[:N_FITTED]
-    pool, fitted = processes(n_jobs), list[tuple[float, Tried, GraspPlan]]()
+    ranked = sorted(tried, key=lambda each: each.cost)
+    unlike = [each for each in _unlike(ranked, N_FITTED) if each.held]
+    chosen = [*unlike, *(each for each in ranked if each not in unlike)][:N_FITTED]
+    pool, fitted = processes(n_jobs), list[tuple[float, TriedGrasp, GraspPlan]]()
     found = in_order(pool, fit_and_run, [(controller, each.task, conditions) for each in chosen])
     for each, (cost, plan) in zip(chosen, found, strict=True):
         fitted.append((cost, each, plan))
@@ -217,15 +219,15 @@ def _holds(
     return run_plan(controller, Scene.build(task, conditions), plan).outcome.success
 
 
-def _unlike(ranked: Sequence[Tried], n: int) -> list[Tried]:
+def _unlike(ranked: Sequence[TriedGrasp], n: int) -> list[TriedGrasp]:
     """Return the first of each kind and number of fingers, up to ``n``."""
-    first: dict[tuple[str, int, bool], Tried] = {}
+    first: dict[tuple[str, int, bool], TriedGrasp] = {}
     for each in ranked:
         first.setdefault(each.proposal.family, each)
     return list(first.values())[:n]
 
 
-def _n_held(tried: Sequence[Tried]) -> int:
+def _n_held(tried: Sequence[TriedGrasp]) -> int:
     return sum(each.held for each in tried)
 
 

@@ -35,7 +35,7 @@ FAILED = 1.0
 
 
 @dataclass(frozen=True)
-class Tried:
+class TriedGrasp:
     """A proposal, its task, and the cost of one brief run of it: below 0 where it held."""
 
     proposal: Proposal
@@ -69,7 +69,7 @@ def try_by_script(
     *,
     n_jobs: int = 1,
     progress: Progress | None = None,
-) -> tuple[Tried, ...]:
+) -> tuple[TriedGrasp, ...]:
     """Run each proposal once by script, briefly.
 
     Parameters
@@ -86,9 +86,9 @@ def try_by_script(
     """
     tasks = [lift_task(grasp_object, each.grasp) for each in proposals]
     costs = in_order(processes(n_jobs), script_cost, [(task, conditions) for task in tasks])
-    tried: list[Tried] = []
+    tried: list[TriedGrasp] = []
     for i, (task, proposal, cost) in enumerate(zip(tasks, proposals, costs, strict=True), start=1):
-        tried.append(Tried(proposal, task, cost))
+        tried.append(TriedGrasp(proposal, task, cost))
         if progress is not None:
             progress(i / len(tasks))
     return tuple(tried)
