@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from handsim.errors import FileError, InputError, MissingToolError
+from handsim.objects._convex_pieces import MODES
 from handsim.objects.contact_pieces import MAX_HULL_POINTS
 from handsim.objects.mesh_import import object_from_mesh, read_object
 from handsim.objects.mjcf import add_object
@@ -105,7 +106,7 @@ def test_a_decomposition_without_end_is_an_error(
 ) -> None:
     pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
     path = saved(bracket(), tmp_path / "bracket.stl")
-    monkeypatch.setattr("handsim.objects._convex_pieces.TIME_LIMIT", 0.01)
+    monkeypatch.setitem(MODES, "off", 0.01)
     with pytest.raises(InputError, match="not decomposed within"):
         object_from_mesh(path, 0.1)
 
@@ -344,4 +345,4 @@ def test_scanned_things_stand_as_they_are_used(name: str, n_pieces: int, height:
     assert (len(own.object.colliders), own.resting[0].name) == (n_pieces, "+z")
     assert own.size[2] == pytest.approx(height, abs=1e-3)
     _, data = rest(own.object, 0.5)
-    assert data.body("object").xmat[8] > np.cos(np.deg2rad(2.0))
+    assert data.body("object").xmat[8] > np.cos(np.deg2rad(3.0))  # scissors rock on three points

@@ -28,6 +28,8 @@ from handsim.types import Progress
 
 N_PERTURBED = 3
 """Perturbed runs by which the best grasps are compared."""
+N_SEARCHED_WITH = 2
+"""Perturbed runs of every point of a search."""
 GENERATIONS = 6
 """Of a search, of 8 points each."""
 FAILED = 1.0
@@ -133,7 +135,7 @@ def search_offsets(
     float, DemonstratorOffsets
         The mean cost, and the offsets.
     """
-    runs = _Runs.of(task, conditions, N_PERTURBED)
+    runs = _Runs.of(task, conditions, N_SEARCHED_WITH)
     least, point = minimise(
         lambda x: runs.cost(DemonstratorOffsets.of(x)),
         DemonstratorOffsets().point,
