@@ -46,8 +46,9 @@ ROOMS = (
     "recordings.glove", "recordings.importers", "recordings.importers.ninapro",
     "recordings.points", "navigation", "navigation.proof", "learning", "learning.direction",
     "learning.general", "learning.guide", "learning.movement", "learning.pde", "learning.fit",
-    "learning.transport", "driving", "hand", "arm", "objects", "tasks", "retargeting",
-    "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping", "grasping.planning",
+    "learning.transport", "driving", "hand", "arm", "objects", "objects.meshes", "tasks",
+    "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
+    "grasping.planning", "grasping.planning.trials",
     "grasping.rollout", "grasping.judging", "grasping.sweep", "baseline", "viewing",
     "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip

@@ -19,6 +19,7 @@ from handsim.cli import (
     hand,
     learning,
     machine,
+    objects,
     reporting,
     seeing,
     sweeping,
@@ -38,6 +39,7 @@ app = typer.Typer(
 app.add_typer(
     hand.app, name="hand", help="Build hand models; inspect robot hands.", no_args_is_help=True
 )
+app.add_typer(objects.app, name="object", help="Look at your own things.", no_args_is_help=True)
 app.add_typer(
     recordings.app, name="recordings", help="Import and inspect recordings.", no_args_is_help=True
 )
