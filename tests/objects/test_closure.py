@@ -48,6 +48,17 @@ def test_a_finger_that_misses_bears_nothing() -> None:
     assert firm(beyond, drawn=one(0.8)) == 0.0
 
 
+def test_a_finger_does_not_reach_what_lies_deeper_than_it_gives_way() -> None:
+    """Beyond the middle the block is 30 mm thinner on the fingers' side."""
+    clouds = [box(0.10, 0.04, 0.06, (0, 0, 0.03)).vertices for _ in range(2)]
+    clouds[0][:, 0] -= 0.05
+    clouds[1][:, 0] += 0.05
+    clouds[1][clouds[1][:, 1] > 0, 1] -= 0.03
+    solid = ConvexSolid.of_hulls(clouds)
+    held = [firmness(solid, [across(x, n=2)], CENTRE, 0.1, one(0.8))[0] for x in (-0.02, 0.02)]
+    assert held[0] > 0.5 and held[1] == 0.0
+
+
 def test_slippery_skin_does_not_hold_on_slanted_faces() -> None:
     wedge = box(0.10, 0.04, 0.06, (0, 0, 0.03)).vertices.copy()
     top = wedge[:, 2] > 0.03

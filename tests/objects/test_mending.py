@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from handsim.errors import InputError
 from handsim.objects.meshes.mending import Solid, mend
 from handsim.objects.meshes.mesh_file import Triangles
 from handsim.objects.meshes.surface import centroid, signed_volume, winding
 
-from .shapes import ball, box, moebius, soup, together, turned, without
+from .shapes import ball, box, moebius, of, soup, together, turned, without
 
 BOX = 0.04 * 0.05 * 0.06
 
@@ -31,8 +32,9 @@ def test_inside_out_is_turned_and_said() -> None:
     assert volume(solid) == pytest.approx(BOX)
 
 
-def test_single_triangles_are_turned_like_their_neighbours() -> None:
-    solid = mend(turned(box(), slice(2, 5)))
+@pytest.mark.parametrize("first", [0, 2])
+def test_single_triangles_are_turned_like_their_neighbours(first: int) -> None:
+    solid = mend(turned(box(), slice(first, first + 3)))
     assert solid.mended == ("3 triangles turned the way round of their neighbours",)
     assert volume(solid) == pytest.approx(BOX)
 
@@ -49,6 +51,28 @@ def test_a_small_hole_is_closed_and_a_large_one_is_refused() -> None:
     half = np.nonzero(whole.vertices[whole.faces].mean(axis=1)[:, 2] > 0)[0]
     with pytest.raises(InputError, match=r"not watertight: 1 hole, the widest 100 % .* thickness"):
         mend(without(whole, *half.tolist()))
+
+
+def test_one_wide_hole_of_little_area_and_many_small_ones_of_much_are_refused() -> None:
+    """Each of the two limits by itself: a slot, and a surface like a sieve."""
+    long = of(trimesh.creation.box((0.2, 0.05, 0.05)).subdivide().subdivide().subdivide())
+    middle = long.vertices[long.faces].mean(axis=1)
+    slot = (middle[:, 2] > 0.0249) & (np.abs(middle[:, 1]) < 0.0063) & (np.abs(middle[:, 0]) < 0.05)
+    with pytest.raises(InputError, match=r"widest 50 % .* and [1-4] % of the surface"):
+        mend(without(long, *np.nonzero(slot)[0].tolist()))
+    whole = ball(0.03, 4)
+    with pytest.raises(InputError, match=r"widest [5-9] % .* and (1\d|[6-9]) % of the surface"):
+        mend(without(whole, *range(0, len(whole.faces), 12)))
+
+
+def test_of_each_patch_the_smaller_part_is_turned() -> None:
+    """Most of these triangles look inwards: turned the way of most, they are inside out."""
+    solid = mend(turned(box(), slice(0, 9)))
+    assert solid.mended == (
+        "3 triangles turned the way round of their neighbours",
+        "inside out: turned right side out",
+    )
+    assert volume(solid) == pytest.approx(BOX)
 
 
 def test_a_triangle_that_is_missing_is_put_back() -> None:
