@@ -55,6 +55,7 @@ from .navigation.bspline import TensorBSpline as TensorBSpline
 from .navigation.function import NavigationFunction as NavigationFunction
 from .objects.catalogue import OBJECTS as OBJECTS
 from .objects.mesh_import import object_from_mesh as object_from_mesh
+from .objects.mesh_import import read_object as read_object
 from .objects.proposals import propose_grasps as propose_grasps
 from .recordings.cutting.cut import cut_recordings as cut_recordings
 from .recordings.cutting.reach import CutOptions as CutOptions

@@ -47,10 +47,11 @@ ROOMS = (
     "recordings.glove", "recordings.importers", "recordings.importers.ninapro",
     "recordings.points", "navigation", "navigation.proof", "learning", "learning.direction",
     "learning.general", "learning.guide", "learning.movement", "learning.pde", "learning.fit",
-    "learning.transport", "driving", "hand", "arm", "objects", "tasks", "retargeting",
-    "grasping", "grasping.gripping", "grasping.planning", "grasping.rollout", "grasping.judging",
-    "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures", "viewing.live",
-    "viewing.opengl", "cli", "cli.recordings",
+    "learning.transport", "driving", "hand", "arm", "objects", "objects.meshes", "tasks",
+    "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
+    "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
+    "grasping.judging", "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures",
+    "viewing.live", "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from handsim.cli import (
     hand,
     learning,
     machine,
+    objects,
     reporting,
     seeing,
     sweeping,
@@ -35,7 +36,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # its imports would take two thirds of the time of --help
 )
-app.add_typer(hand.app, name="hand", help="Build hand models.", no_args_is_help=True)
+app.add_typer(
+    hand.app, name="hand", help="Build hand models; inspect robot hands.", no_args_is_help=True
+)
+app.add_typer(objects.app, name="object", help="Look at your own things.", no_args_is_help=True)
 app.add_typer(
     recordings.app, name="recordings", help="Import and inspect recordings.", no_args_is_help=True
 )

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -18,22 +18,42 @@ from handsim.cli.console import (
     say_json,
     say_table,
 )
+from handsim.cli.objects import (
+    MassOption,
+    PiecesOption,
+    ScaleOption,
+    UpOption,
+    as_dict,
+    choose_grasp,
+    default_jobs,
+    grasp_as_dict,
+    say_assumed,
+)
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.judging.protocols import RunVerdict, TaskVerdict
-    from handsim.grasping.planning.grasper import Grasper
+    from handsim.grasping.planning.grasper import ControllerGrasper, Grasper
     from handsim.grasping.rollout.record import Rollout
     from handsim.tasks.task import Task
     from handsim.types import Base, HandSize
 
 
 def grasp(
-    task: Annotated[str, typer.Option(help="Task of Table I, or all that are demonstrated.")],
     controller: Annotated[
         str | None,
         typer.Argument(help="Controller file, or demonstrator; the built-in one if left out."),
     ] = None,
+    task: Annotated[
+        str | None, typer.Option(help="Task of Table I, or all that are demonstrated.")
+    ] = None,
+    own: Annotated[
+        Path | None, typer.Option("--object", help="Mesh of your own thing, to be raised.")
+    ] = None,
+    up: UpOption = None,
+    scale: ScaleOption = None,
+    mass: MassOption = None,
+    pieces: PiecesOption = None,
     replay: Annotated[
         bool,
         typer.Option(
@@ -68,7 +88,12 @@ def grasp(
         Literal["pose", "friction", "mass", "shake", "bias", "latency"] | None,
         typer.Option(help="Perturb the trials in this alone, and hard."),
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, max=MAX_JOBS, help="Processes at once.")] = 1,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=MAX_JOBS, help="Processes at once; 1, for an own object up to 4 if left out."
+        ),
+    ] = None,
     require_success: Annotated[
         bool, typer.Option("--require-success", help="Exit with 1 unless every task succeeds.")
     ] = False,
@@ -82,15 +107,28 @@ def grasp(
 
     from handsim.cli.defaults import hand_size
     from handsim.grasping.judging.protocols import TaskVerdict, judge_runs, summarise
+    from handsim.grasping.sweep.spec import DEMONSTRATOR
+    from handsim.objects.mesh_import import read_object
 
-    tasks = _tasks(task, leave_out)
     conditions = _conditions(hand_size(hand_length, hand_breadth, side), base, seed, friction)
-    grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
-    if output is not None:
-        output.mkdir(exist_ok=True)
+    given: dict[str, object] = {"--up": up, "--scale": scale, "--mass": mass, "--pieces": pieces}
+    _check_what(task, own, given, leave_out, replay=replay)
+    said: dict[str, Any] = _left_out(leave_out)
+    if own is None:
+        tasks = _tasks(task or "", leave_out)
+        grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
+        _make(output)
+    else:
+        thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)
+        say_assumed(thing)
+        planning = None if controller == DEMONSTRATOR else _planning(controller, conditions)
+        _make(output)
+        chosen = choose_grasp(thing, planning, conditions, jobs or default_jobs())
+        tasks, grasper = [chosen.task], chosen.grasper
+        said = {"object": as_dict(thing), **grasp_as_dict(chosen)}
     started = perf_counter()
     judged = judge_runs(
-        grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs
+        grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs or 1
     )
     runs = _kept(judged, output, len(tasks) * (1 + trials))
     results = [
@@ -98,13 +136,50 @@ def grasp(
         for each, of_task in groupby(runs, key=lambda pair: pair[0])
     ]
     if json and task != "all":
-        say_json(results[0].as_dict() | _left_out(leave_out))
+        say_json(results[0].as_dict() | said)
     elif json:
-        say_json(summarise(results, perf_counter() - started) | _left_out(leave_out))
+        say_json(summarise(results, perf_counter() - started) | said)
     else:
         _show(results)
     if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
+
+
+def _make(folder: Path | None) -> None:
+    """Make the folder for the rollouts, once what was asked for is known to be possible."""
+    if folder is not None:
+        folder.mkdir(exist_ok=True)
+
+
+def _check_what(
+    task: str | None,
+    own: Path | None,
+    given: "dict[str, object]",
+    left_out: str | None,
+    *,
+    replay: bool,
+) -> None:
+    """Check that either a task or an own object is asked for, with options of its own."""
+    from handsim.errors import InputError
+
+    if (task is None) == (own is None):
+        asked = "neither is given" if task is None else "both are given"
+        raise InputError(f"--task names a task of Table I, --object a file: {asked}; give one")
+    if own is None:
+        if extra := [name for name, value in given.items() if value is not None]:
+            raise InputError(f"{extra[0]} is about an own object; give its file with --object")
+        return
+    if replay or left_out is not None:
+        option = "--replay" if replay else "--leave-out"
+        raise InputError(
+            f"{option} is about recorded objects, --object is not; drop one of the two"
+        )
+
+
+def _planning(name: str | None, conditions: "Conditions") -> "ControllerGrasper":
+    from handsim.cli.defaults import planning_grasper
+
+    return planning_grasper(None if name is None else Path(name), conditions)
 
 
 def _tasks(name: str, left_out: str | None) -> "list[Task]":

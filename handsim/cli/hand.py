@@ -1,11 +1,11 @@
-"""`handsim hand`: models of the hand as files."""
+"""`handsim hand`: models of the hand as files, and robot hands as users bring them."""
 
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from handsim.cli.console import check_gl, note
+from handsim.cli.console import check_gl, note, say, writable
 
 app = typer.Typer()
 
@@ -27,6 +27,48 @@ def build(
     note(f"wrote {write_hand(size, output)}")
 
 
+@app.command()
+def inspect(
+    file: Annotated[Path, typer.Argument(help="Robot hand: MJCF (.xml, .mjcf) or URDF.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Picture, .png.")],
+    map_: Annotated[
+        Path | None,
+        typer.Option("--map", help="TOML with palm and fingertips, instead of proposals."),
+    ] = None,
+    folder: Annotated[
+        list[Path] | None,
+        typer.Option("--folder", help="Folder of package:// meshes; may be repeated."),
+    ] = None,
+) -> None:
+    """Read a robot hand, propose where palm and fingertips are, and draw it to be confirmed."""
+    writable(output, ".png")
+    check_gl(draws=True)
+
+    from handsim.files import write_text
+    from handsim.retargeting.robot_hand import RobotHand
+    from handsim.robot_hands.hand_frames import frames_as_toml
+    from handsim.viewing.film.video import write_image
+    from handsim.viewing.robot_hand_sheet import robot_hand_sheet
+
+    robot = RobotHand(file, frames=map_, folders=folder or ())
+    picture = robot_hand_sheet(robot)
+    proposal = output.with_suffix(".toml")
+    kept = map_ is not None or proposal.exists()
+    if not kept:
+        writable(proposal)
+    write_image(picture, output)
+    for line in robot.notes:
+        note(line)
+    say(f"{robot.side} hand, {len(robot.lower)} coordinates move {len(robot.joint_names)} joints")
+    say(f"palm: {robot.frames.palm.name}")
+    for finger, frame in robot.frames.fingertips.items():
+        say(f"{finger}: {frame.name}")
+    note(f"wrote {output}")
+    if not kept:
+        write_text(proposal, frames_as_toml(robot.frames))
+        note(f"wrote {proposal}; correct it where the picture is wrong, and give it by --map")
+
+
 @app.callback()
 def _group() -> None:
-    """Build hand models."""
+    """Build hand models; inspect robot hands."""

@@ -6,6 +6,8 @@ from typing import Literal
 from handsim.joints import Finger
 from handsim.objects.object import Vec3
 
+GraspKind = Literal["side", "top", "handle", "edge", "tripod", "rest", "loops"]
+
 
 @dataclass(frozen=True)
 class Grasp:
@@ -30,7 +32,7 @@ class Grasp:
         Where the hand's distal axis points if not along ``opposition``.
     """
 
-    kind: Literal["side", "top", "handle", "edge", "tripod", "rest", "loops"]
+    kind: GraspKind
     point: Vec3
     opposition: Vec3
     approach: Vec3

@@ -22,8 +22,16 @@ from handsim.objects.catalogue import OBJECTS
 from handsim.objects.mesh_import import object_from_mesh
 from handsim.objects.object import Collider, GraspObject, Hinge, Piece, TriangleMesh
 from handsim.physics import CONTACT_SOLREF
+from handsim.types import Array
 
-__all__ = ["OBJECTS", "add_object", "object_by_name", "object_from_mesh", "read_mesh"]
+__all__ = [
+    "OBJECTS",
+    "add_object",
+    "centre_of_mass",
+    "object_by_name",
+    "object_from_mesh",
+    "read_mesh",
+]
 
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
 """Geom groups as in mujoco_menagerie: 2 is drawn, 3 takes part in contact."""
@@ -105,6 +113,16 @@ def add_object(
         for other in names[: i + 1]:
             spec.add_exclude(bodyname1=other, bodyname2=link.hinge.name)
     return body
+
+
+def centre_of_mass(grasp_object: GraspObject) -> Array:
+    """Return the centre of mass of an object, hinges at 0, in the object frame, (3,) [m]."""
+    spec = mujoco.MjSpec()
+    add_object(spec, grasp_object)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return data.subtree_com[model.body("object").id].copy()
 
 
 def _add_shapes(

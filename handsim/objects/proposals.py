@@ -1,47 +1,47 @@
 """Where an object that nobody has grasped before can be taken between thumb and fingers.
 
-Opposed surfaces are found by rays through the object's contact pieces: level lines through the
-upright through its centre of mass, all around and at several heights, across the whole object and
-across the wall of a hollow one. A line is a candidate where both surfaces face it within the
-friction angle, no further apart than a hand grasps, and the fingers can reach it from above or
-from the side.
+Grasps of several families (`proposal_families`) are thinned to those that differ, judged by force
+closure under uncertainty (`closure`), and ranked. A short list of grasps that differ is what is
+worth trying in physics.
 """
-# pyright: reportAttributeAccessIssue=false
-# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
-import mujoco
 import numpy as np
 
 from handsim.errors import InputError
-from handsim.joints import FINGERS
+from handsim.objects.closure import disturbances, firmness
+from handsim.objects.convex_solid import ConvexSolid
 from handsim.objects.grasp import Grasp
-from handsim.objects.mjcf import COLLISION_GROUP, add_object
-from handsim.objects.object import GraspObject, Vec3
+from handsim.objects.mjcf import centre_of_mass
+from handsim.objects.object import GraspObject
+from handsim.objects.proposal_families import (
+    REACH,
+    THIN,
+    WIDTH_RANGE,
+    Opposed,
+    grasps_of,
+    opposed_surfaces,
+)
 from handsim.types import Array
 
-WIDTH_RANGE = (0.004, 0.10)
-"""Between opposed pads [m]; people open to about 0.15 m and grasp well below that."""
+__all__ = ["MOST_TRIED", "REACH", "WIDTH_RANGE", "Proposal", "propose_grasps", "short_list"]
 
-FACING = np.deg2rad(30.0)
-"""Largest angle between a surface's normal and the opposition [rad]: friction 0.6."""
+MOST_TRIED = 20
+"""Proposals of a short list."""
+PER_FAMILY = 10
+"""Grasps of each family that are judged by force closure."""
+PER_PLACE = 4
+"""Grasps that differ in nothing but the side they come from."""
 
-REACH = 0.05
-"""How far beyond an object's nearest surface the pads of a hand reach [m]."""
+WIDE = 0.06
+"""Width from which a grasp costs more the wider it is [m]."""
+CELL = 0.012
+"""Side of the cells in which grasps count as being at one place [m]."""
 
-PALM_ROOM = 0.045
-"""Height above the table that half a hand needs when it comes from the side [m]."""
-
-TIP_ROOM = 0.007
-"""Height above the table that a fingertip needs [m]."""
-
-STEP = 0.001
-"""Distance of the rays that feel how a surface lies [m]."""
-
-SHARP = 0.7
-"""How far a surface may fall off over one step, in steps: an edge of 90 deg falls off by 1."""
+_Family = tuple[str, int, bool]
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,27 @@ class Proposal:
     facing_deg
         Angle between opposition and surface normals, the larger of two [deg].
     lever
-        Distance of the centre of mass from the grasp point [m].
+        Distance of the centre of mass from the grasp point, across the approach [m].
+    firm
+        Share of samples of pose, friction and mass in which it holds (`handsim.objects.closure`).
     """
 
     grasp: Grasp
     facing_deg: float
     lever: float
+    firm: float = 0.0
 
     @property
     def cost(self) -> float:
-        """Least for surfaces that face each other, near the centre of mass, not too wide."""
-        return self.facing_deg / 15.0 + self.lever / 0.02 + self.grasp.width / 0.06
+        """Least for what holds most often; then for facing surfaces, short levers, ease of span."""
+        width = self.grasp.width
+        strain = max(0.0, width - WIDE) / 0.03 + max(0.0, THIN - width) / 0.03
+        return 8.0 * (1.0 - self.firm) + self.facing_deg / 15.0 + self.lever / 0.02 + strain
+
+    @property
+    def family(self) -> _Family:
+        """Kind, number of fingers, and whether it is a pinch."""
+        return self.grasp.kind, len(self.grasp.fingers), self.grasp.width < THIN
 
 
 def propose_grasps(grasp_object: GraspObject) -> tuple[Proposal, ...]:
@@ -76,110 +86,83 @@ def propose_grasps(grasp_object: GraspObject) -> tuple[Proposal, ...]:
     InputError
         If the object offers none.
     """
-    spec = mujoco.MjSpec()
-    add_object(spec, grasp_object)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    centre = data.subtree_com[model.body("object").id].copy()
-    top = _top(model, data, centre)
-    lowest = min(TIP_ROOM, top / 2)
-    levels = np.array([centre[2], *(np.array([0.3, 0.5, 0.7, 0.85]) * top)])
-    heights = np.unique(np.round(np.maximum(levels, lowest), 4))
-    found = []
-    for height in heights:
-        middle = np.array([centre[0], centre[1], height])
-        for azimuth in np.deg2rad(np.arange(0.0, 360.0, 15.0)):
-            axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-            beyond, before = middle + axis, middle - axis
-            for start in (before, middle):  # across the whole, or the wall of something hollow
-                hits = _opposed(model, data, (start, beyond), axis)
-                if hits is not None:
-                    found += _grasps(model, data, hits, axis, centre)
+    solid, centre = ConvexSolid.of(grasp_object), centre_of_mass(grasp_object)
+    pairs = _thinned(opposed_surfaces(solid, centre), centre)
+    lever = np.linalg.norm(pairs.point - centre, axis=1)
+    found = _first_of_each(grasps_of(solid, pairs))
     if not found:
         raise InputError(
             f"object '{grasp_object.name}' has no two opposed surfaces up to"
-            f" {1000 * WIDTH_RANGE[1]:g} mm apart; set it down another way or scale it"
+            f" {1000 * WIDTH_RANGE[1]:g} mm apart that fingers get to; set it down another way"
+            " (--up) or scale it"
         )
-    return tuple(sorted(found, key=lambda proposal: proposal.cost))
-
-
-def _ray(
-    model: mujoco.MjModel, data: mujoco.MjData, start: Array, direction: Array
-) -> Array | None:
-    """Return where a ray first meets the object's contact pieces, (3,) [m]."""
-    groups = np.zeros(mujoco.mjNGROUP, np.uint8)
-    groups[COLLISION_GROUP] = 1
-    hit = np.zeros(1, np.int32)
-    distance = mujoco.mj_ray(model, data, start, direction, groups, 1, -1, hit)
-    return None if distance < 0 else start + distance * direction
-
-
-def _top(model: mujoco.MjModel, data: mujoco.MjData, centre: Array) -> float:
-    """Return the height of the object at or around its centre of mass [m]."""
-    steps = np.linspace(-0.05, 0.05, 11)
-    down = np.array([0.0, 0.0, -1.0])
-    hits = [
-        _ray(model, data, np.array([centre[0] + x, centre[1] + y, 2.0]), down)
-        for x in steps
-        for y in steps
+    firm = firmness(solid, [grasp for grasp, _ in found], centre, grasp_object.mass, disturbances())
+    facing = np.rad2deg(pairs.facing)
+    proposals = [
+        Proposal(grasp, float(facing[i]), float(lever[i]), float(share))
+        for (grasp, i), share in zip(found, firm, strict=True)
     ]
-    return max((float(hit[2]) for hit in hits if hit is not None), default=2 * float(centre[2]))
+    return tuple(sorted(proposals, key=lambda proposal: proposal.cost))
 
 
-def _opposed(
-    model: mujoco.MjModel, data: mujoco.MjData, starts: tuple[Array, Array], axis: Array
-) -> tuple[Array, Array, float] | None:
-    """Return what is met between two points of a line, and how far it is from facing it [rad]."""
-    across, up = np.cross([0.0, 0.0, 1.0], axis), np.array([0.0, 0.0, 1.0])
-    shifts = (0 * axis, STEP * across, -STEP * across, STEP * up, -STEP * up)
-    ends, worst = [], 0.0
-    for start, direction in zip(starts, (axis, -axis), strict=True):
-        around = [_ray(model, data, start + shift, direction) for shift in shifts]
-        points = [point for point in around if point is not None]
-        if len(points) < len(around):
-            return None
-        end, left, right, above, below = points
-        normal = np.cross(left - right, above - below)
-        normal /= np.linalg.norm(normal)
-        ridge = np.array([(left + right) / 2 - end, (above + below) / 2 - end])
-        if np.linalg.norm(ridge, axis=1).max() > SHARP * STEP:
-            return None
-        worst = max(worst, float(np.arccos(min(1.0, abs(normal @ axis)))))
-        ends.append(end)
-    if worst > FACING:
-        return None
-    return ends[0], ends[1], worst
+def short_list(proposals: Sequence[Proposal], n: int = MOST_TRIED) -> tuple[Proposal, ...]:
+    """Return up to ``n`` proposals that differ, the best of every family among them.
+
+    Each further one of a family or a place counts less.
+    """
+    best_of: dict[_Family, Proposal] = {}
+    for each in proposals:
+        best_of.setdefault(each.family, each)
+    chosen = list(best_of.values())[:n]
+    left = [each for each in proposals if each not in chosen]
+    families: Counter[_Family] = Counter(each.family for each in chosen)
+    places: Counter[tuple[int, ...]] = Counter(_place(each.grasp) for each in chosen)
+    while left and len(chosen) < n:
+        best = min(
+            left,
+            key=lambda each: (
+                each.cost + 0.6 * families[each.family] + 0.8 * places[_place(each.grasp)]
+            ),
+        )
+        left.remove(best)
+        chosen.append(best)
+        families[best.family] += 1
+        places[_place(best.grasp)] += 1
+    return tuple(chosen)
 
 
-def _grasps(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    hits: tuple[Array, Array, float],
-    axis: Array,
-    centre: Array,
-) -> list[Proposal]:
-    """Return the grasps from above and from the side along one line."""
-    start, end, facing = hits
-    width, middle = float((end - start) @ axis), (start + end) / 2
-    if not WIDTH_RANGE[0] <= width <= WIDTH_RANGE[1]:
-        return []
-    lever = float(np.linalg.norm(middle - centre))
-    leftward = np.cross([0.0, 0.0, 1.0], axis)  # where a right palm faces with the thumb up
-    ways: list[tuple[Literal["top", "side"], Array]] = [("top", np.array([0.0, 0.0, -1.0]))]
-    if middle[2] >= PALM_ROOM:
-        ways.append(("side", leftward))
-    proposals = []
-    for kind, approach in ways:
-        sides = [middle + part * width * axis for part in (-0.49, 0.0, 0.49)]
-        met = [_ray(model, data, side - approach, approach) for side in sides]
-        if any(hit is not None and (middle - hit) @ approach > REACH for hit in met):
-            continue
-        grasp = Grasp(kind, _vec(middle), _vec(axis), _vec(approach), width, FINGERS[1:])
-        proposals.append(Proposal(grasp, float(np.rad2deg(facing)), lever))
-    return proposals
+def _place(grasp: Grasp) -> tuple[int, ...]:
+    """Return the place in cells of 15 mm, whatever the side that is come from."""
+    return tuple(round(value / 0.015) for value in (*grasp.point, grasp.width))
 
 
-def _vec(array: Array) -> Vec3:
-    x, y, z = (float(value) + 0.0 for value in np.round(array, 9))
-    return (x, y, z)
+def _thinned(pairs: Opposed, centre: Array) -> Opposed:
+    """Return pairs of surfaces by facing and lever, the best first, and of each place few.
+
+    What differs only in the side that the hand comes from, as all around a bottle, is one place.
+    """
+    off = pairs.point - centre
+    worth = np.rad2deg(pairs.facing) / 15 + np.linalg.norm(off, axis=1) / 0.02
+    aside = np.abs((off * np.cross([0.0, 0.0, 1.0], pairs.axis)).sum(axis=1))
+    along = (off * pairs.axis).sum(axis=1)
+    cells = np.column_stack([aside, along, off[:, 2], 2 * pairs.width]) / CELL
+    places: Counter[tuple[int, ...]] = Counter()
+    kept: list[int] = []
+    for i in np.argsort(worth, kind="stable").tolist():
+        place = tuple(np.round(cells[i]).astype(int).tolist())
+        places[place] += 1
+        if places[place] <= PER_PLACE:
+            kept.append(i)
+    return pairs.where(np.array(kept, dtype=np.int64))
+
+
+def _first_of_each(found: list[tuple[Grasp, int]]) -> list[tuple[Grasp, int]]:
+    """Return the first grasps of each family."""
+    families: Counter[_Family] = Counter()
+    kept: list[tuple[Grasp, int]] = []
+    for grasp, i in sorted(found, key=lambda each: each[1]):
+        family = (grasp.kind, len(grasp.fingers), grasp.width < THIN)
+        families[family] += 1
+        if families[family] <= PER_FAMILY:
+            kept.append((grasp, i))
+    return kept

@@ -3,6 +3,7 @@
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -78,26 +79,66 @@ def driving_actuators(model: mujoco.MjModel, joints: list[int]) -> list[int]:
     return moved
 
 
-def commands(model: mujoco.MjModel, data: mujoco.MjData, actuators: list[int]) -> Array:
-    """Return the controls that hold the posture in ``data``, (n,), within their ranges.
+@dataclass(frozen=True)
+class Servos:
+    """Position servos: their controls are linear in the joints, control = slopes q + offsets.
 
-    Of position servos, whose force is gain * control + bias0 + bias1 * length: what makes it zero.
-    NaN for actuators of another kind, such as motors.
+    Attributes
+    ----------
+    slopes : (a, j)
+        Of a actuators and j joints; NaN for actuators that are no position servos.
+    offsets : (a,)
+    lower, upper : (a,)
+        Ends of their ranges; infinite where there are none.
+    """
+
+    slopes: Array
+    offsets: Array
+    lower: Array
+    upper: Array
+
+    def commands(self, positions: Array) -> Array:
+        """Return the controls that hold joint positions (..., j), (..., a), in their ranges."""
+        return np.clip(positions @ self.slopes.T + self.offsets, self.lower, self.upper)
+
+
+def find_servos(model: mujoco.MjModel, actuators: list[int], joints: list[int]) -> Servos:
+    """Return how actuators are to be commanded.
+
+    A position servo's force is gain * control + bias0 + bias1 * length; what makes it zero is its
+    command. Its length is the joint's angle, or the sum of a fixed tendon, times its gear. Joints
+    that are not among those given are in the reference posture.
 
     Parameters
     ----------
     model
-    data
-        With ``mj_kinematics`` and ``mj_transmission`` done.
-    actuators
+    actuators, joints
+        Ids.
     """
-    found = np.full(len(actuators), np.nan)
+    slopes = np.full((len(actuators), len(joints)), np.nan)
+    offsets = np.full(len(actuators), np.nan)
+    limited = model.actuator_ctrllimited[actuators].astype(bool)
     for k, i in enumerate(actuators):
         gain, bias = model.actuator_gainprm[i], model.actuator_biasprm[i]
         servo = model.actuator_gaintype[i] == _FIXED_GAIN and gain[0] != 0
-        if not (servo and model.actuator_biastype[i] == _AFFINE_BIAS):
+        if not (servo and model.actuator_biastype[i] == _AFFINE_BIAS and bias[1] != 0):
             continue
-        found[k] = -(bias[0] + bias[1] * data.actuator_length[i]) / gain[0]
-        if model.actuator_ctrllimited[i]:
-            found[k] = np.clip(found[k], *model.actuator_ctrlrange[i])
-    return found
+        kind, target = model.actuator_trntype[i], int(model.actuator_trnid[i, 0])
+        parts = [target], np.ones(1)
+        if kind == _TENDON:
+            parts = _fixed_tendon(model, target)
+        gear = model.actuator_gear[i, 0]
+        slopes[k], offsets[k] = 0.0, -bias[0] / gain[0]
+        for joint, coefficient in zip(*parts, strict=True):
+            slope = -bias[1] / gain[0] * gear * coefficient
+            if joint in joints:
+                slopes[k, joints.index(joint)] += slope
+            else:
+                offsets[k] += slope * model.qpos0[model.jnt_qposadr[joint]]
+    ends = model.actuator_ctrlrange[actuators]
+    return Servos(
+        slopes,
+        offsets,
+        np.where(limited, ends[:, 0], -np.inf),
+        np.where(limited, ends[:, 1], np.inf),
+    )

@@ -1,74 +1,52 @@
-"""Map postures of the human hand to a robot hand of other proportions or joints.
+"""Map movements of the human hand to a robot hand of other proportions or joints.
 
-The paper leaves this for later (its Sec. VII); here it is done by matching fingertips. For each
-posture the robot's joints x minimise
+The paper leaves this for later (its Sec. VII); here fingertips are matched, all postures of a
+movement in one optimisation. What counts most is what grasps: how far each fingertip is from the
+thumb's. Which way that opening points, where fingertips are and which way they point come second,
+and the thumb itself may stand elsewhere. Links do not run into one another, and no coordinate
+changes faster than it may (`handsim.retargeting.solving.residuals` has the terms).
 
-    sum_i  w_t^2 |p_i - p_i*|^2  +  sum_i w_o(d_i)^2 |(p_i - p_thumb) - s (h_i - h_thumb)|^2
-    + sum_i w_d^2 L^2 |a_i - a_i*|^2  + (small) distance to the last posture and to mid-range
+In the frame of the palm, with h_i the pads of the human fingers and p_i those of the robot, the
+targets are
 
-within their ranges, in the frame of the palm. h_i are the pads of the human fingers, p_i the
-points that the user named on the robot, a_i the directions out of the fingers, d_i the human
-distance from thumb to finger, L the mean length of the robot's fingers. The targets are
+    p_i - p_thumb = s (h_i - h_thumb),    p_i = robot's root_i + s_i (h_i - human root_i),
 
-    p_i* = robot's root_i + s_i (h_i - human root_i),   s_i = length of robot's / human finger i,
+with s = length of the robot's / human fingers, and s_i the same of finger i, so that each finger
+moves about where it is rooted, however broad the palm is. Openings count the more the closer they
+are: grasps live there, and what touches in the human hand must touch in the robot's.
 
-so that each finger moves about where it is rooted, however broad the palm is. The thumb-finger
-vectors are scaled by one s for the whole hand and count the more the closer they are: grasps live
-there, and what touches in the human hand must touch in the robot's.
-
-What it needs of the user: an MJCF (or URDF), the names of palm and fingertips (`RobotHand`; frames
-with an offset do where the file has no sites), and which finger stands for which, which is the keys
-of ``fingertips``: a three-finger hand may take thumb, index and middle, or thumb, index and little.
-Hinges and slides, joints that follow others by ``<equality><joint>`` or that one actuator moves
-together by a fixed tendon, and any arm around the hand are understood; ball joints, closed loops
-and equalities of tendons are refused. The wrist's two angles are not mapped: they belong to
-whatever carries the robot's palm. Collisions of the robot with itself are not looked at.
+The wrist's two angles are not mapped: they belong to whatever carries the robot's palm. Ball
+joints, closed loops and equalities of tendons are refused.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from handsim.content import ByContent
 from handsim.errors import InputError
-from handsim.hand.mjcf import build_hand
-from handsim.joints import FINGERS, JOINT_INDEX, N_JOINTS, Finger
-from handsim.retargeting._posture_fit import PostureFit, judge_fit, openings_of
-from handsim.retargeting.robot_hand import AttachedFrame, RobotHand
-from handsim.types import MEDIAN_HAND, Array, HandSize
+from handsim.joints import N_JOINTS, Finger
+from handsim.retargeting._judgement import judge
+from handsim.retargeting.person import Person, human_hand
+from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.movement_fit import SETTLED, Movement, fit
+from handsim.retargeting.solving.reachable import Reachable
+from handsim.retargeting.solving.residuals import Residuals, Weights
+from handsim.retargeting.solving.self_contact import NearLinks, SelfContact
+from handsim.retargeting.solving.starts import first_guess
+from handsim.retargeting.solving.targets import Targets, openings_of
+from handsim.retargeting.solving.untangle import untangled
+from handsim.types import MEDIAN_HAND, Array, HandSize, Index
+
+__all__ = ["Retargeted", "Retargeter", "Weights", "human_hand"]
 
 SETTLING = np.deg2rad(0.5)
 """Change from posture to posture that is always allowed: a hand held still settles [rad]."""
 
 
-@dataclass(frozen=True)
-class Weights:
-    """What counts how much; errors are relative to the mean length of the robot's fingers.
-
-    Attributes
-    ----------
-    tip
-        Fingertips at their targets.
-    opening, pinch
-        Vectors from thumb to fingers, far apart and touching.
-    near
-        Human distance over which ``pinch`` fades into ``opening``, / human finger's mean length.
-    direction
-        Directions out of the fingers.
-    previous
-        Distance to the posture before [rad].
-    middle
-        Distance to mid-range, / half of the range; decides only where nothing else does.
-    """
-
-    tip: float = 1.0
-    opening: float = 1.0
-    pinch: float = 5.0
-    near: float = 0.5
-    direction: float = 0.15
-    previous: float = 0.05
-    middle: float = 0.0005
+STEPS, ALONE = 7, 40
+"""Steps of the fit of a whole movement, and of a posture by itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,13 +61,17 @@ class Retargeted(ByContent):
     fingers
         The n fingers that both hands have, thumb first.
     tip_error : (..., n) [m]
-        Distance of each fingertip from its target.
+        Distance of each fingertip from its target; the thumb may stand elsewhere.
     opening_error : (..., n) [m]
-        Of the vector from thumb to finger; 0 for the thumb, and where there is none.
+        Of the distance from thumb to finger; 0 for the thumb, and where there is none.
+    vector_error : (..., n) [m]
+        Of the vector from thumb to finger in the palm's frame, which counts less.
+    penetration : (...) [m]
+        How deep links overlap, by the collision shapes of the file; 0 where they do not.
     matched : (...)
-        Whether all errors are within `TIP_TOLERANCE` and `OPENING_TOLERANCE`.
+        Whether all openings are within tolerance (`handsim.retargeting._judgement`).
     reason
-        Empty where all match; else how many do not, and the worst fingertip.
+        Empty where all match; else how many do not, the worst, and of which hand it is the limit.
     actuator_names
         Of the robot's actuators that move these joints, (n_actuators,).
     commands : (..., n_actuators)
@@ -101,6 +83,8 @@ class Retargeted(ByContent):
     fingers: tuple[Finger, ...]
     tip_error: Array
     opening_error: Array
+    vector_error: Array
+    penetration: Array
     matched: npt.NDArray[np.bool_]
     reason: str
     actuator_names: tuple[str, ...]
@@ -125,6 +109,8 @@ class Retargeter:
 
     Attributes
     ----------
+    person
+        The person's hand beside the robot's.
     finger_scale : (n,)
         Length of the robot's fingers over the person's.
     scale
@@ -148,21 +134,25 @@ class Retargeter:
         if opening_scale is not None and not 0 < opening_scale < np.inf:
             raise InputError(f"opening scale {opening_scale:g}; give a positive number, 1 = as is")
         self.robot = robot
-        self.human = human_hand(size)
         self.weights = weights or Weights()
-        self._glove = [JOINT_INDEX[name] for name in self.human.joint_names]
-        self._chosen = [FINGERS.index(finger) for finger in robot.fingers]
-        human_reach = self.human.reach[self._chosen]
-        self.finger_scale: Array = robot.reach / human_reach
-        self.scale = float(robot.reach.sum() / human_reach.sum())
-        self.opening_scale = self.scale if opening_scale is None else opening_scale
+        self.person = Person(robot, size, opening_scale, self.weights.near)
+        self.finger_scale, self.scale = self.person.finger_scale, self.person.scale
         self.unit = float(robot.reach.mean())
-        self._near = self.weights.near * float(human_reach.mean())
+        self._contact = SelfContact(robot)
+        self._reachable = Reachable(robot, self.unit)
+        if not robot.pads_are_known:  # the backs of fingertips may point anywhere
+            self.weights = replace(self.weights, back=0.0)
 
-    def retarget(self, q: Array, max_gain: float = 3.0, max_step: float = np.inf) -> Retargeted:
-        """Map a posture (22,) or a sequence of them (n, 22) [rad], glove order.
+    def retarget(
+        self,
+        q: Array,
+        max_gain: float = 3.0,
+        max_step: float = np.inf,
+        time: Array | None = None,
+    ) -> Retargeted:
+        """Map a posture (22,) or a movement of them (n, 22) [rad], glove order.
 
-        Each posture of a sequence starts from the one before and is drawn to it.
+        All postures of a movement are fitted together, each bound to its neighbours.
 
         Parameters
         ----------
@@ -174,6 +164,8 @@ class Retargeter:
             fingertips would ask for large ones of joints. Slides count in lengths of a finger.
         max_step
             Nor by more than this [rad, m for slides].
+        time : (n,) [s]
+            When the postures are. Given, no coordinate goes faster than the robot's file says.
 
         Returns
         -------
@@ -183,41 +175,39 @@ class Retargeter:
         Raises
         ------
         InputError
-            If ``q`` has another shape or is not finite, or a limit is not positive.
+            If ``q`` has another shape or is not finite, a limit is not positive, or times do not
+            increase.
         """
-        postures = np.asarray(q, dtype=float)
-        if postures.shape[-1:] != (N_JOINTS,) or postures.ndim > 2 or not len(postures):
-            raise InputError(f"postures of shape {postures.shape}; give (22,) or (n, 22)")
-        if not np.isfinite(postures).all():
-            raise InputError("postures hold values that are not finite; give angles in radians")
-        if not (max_gain > 0 and max_step > 0):
-            raise InputError(f"gain {max_gain:g} and step {max_step:g}; give positive limits")
+        postures = _checked(q, max_gain, max_step)
         sequence = np.atleast_2d(postures)
-        changes = np.abs(np.diff(sequence, axis=0)).max(axis=1) + 1e-12  # times inf is inf
-        turn_or_slide = np.where(self.robot.slides, self.unit, 1.0)
-        path, errors = np.empty((len(sequence), len(self.robot.lower))), []
-        for i, posture in enumerate(sequence):
-            fit = PostureFit(self, posture)
-            if i == 0:
-                path[i] = fit.first()
-            else:
-                step = (max_gain * changes[i - 1] + SETTLING) * turn_or_slide
-                path[i] = fit.after(path[i - 1], np.minimum(step, max_step))
-            errors.append(fit.errors(path[i]))
-        tip, opening, excess = np.transpose(errors, (1, 0, 2))
-        lead = postures.shape[:-1]
-        matched, reason = judge_fit(tip, opening, excess, self.robot.fingers)
-        return Retargeted(
-            self.robot.joint_names,
-            self.robot.joint_positions(path).reshape(*lead, -1),
-            self.robot.fingers,
-            tip.reshape(*lead, -1),
-            opening.reshape(*lead, -1),
-            matched.reshape(lead),
-            reason,
-            self.robot.actuator_names,
-            self.robot.commands(path).reshape(*lead, -1),
-        )
+        steps = self._largest_steps(sequence, max_gain, max_step, time)
+        goal = self.targets_of(sequence)
+        x, depth = self._fitted(goal, steps)
+        return self._result(x, depth, goal, postures.shape[:-1])
+
+    def follow(self, q: Array, before: Array, max_step: float = np.inf, steps: int = 6) -> Array:
+        """Return the coordinates of one posture (22,) that follow those before it, (m,).
+
+        For control loops: a few steps of the fit from where the robot is, collisions included.
+
+        Parameters
+        ----------
+        q
+        before : (m,)
+            Coordinates of the posture before.
+        max_step
+            Largest change [rad, m for slides].
+        steps
+            Of the fit.
+        """
+        robot = self.robot
+        targets = self.targets_of(np.atleast_2d(_checked(q, 1.0, max_step)))
+        residuals = Residuals(robot, targets, self.weights, self.unit)
+        start = np.clip(before, robot.lower, robot.upper)[None]
+        near = self._near_links(start, np.full(1, self.weights.contact))
+        lower = np.maximum(robot.lower, start[0] - max_step)
+        upper = np.minimum(robot.upper, start[0] + max_step)
+        return fit(lambda x: residuals.at(x, near), start, lower, upper, None, steps)[0][0]
 
     def targets(self, q: Array) -> tuple[Array, Array, Array, Array]:
         """Return what the robot is to match for a posture (22,) [rad], palm frame.
@@ -233,26 +223,84 @@ class Retargeter:
         weights : (n,)
             Of the openings; 0 for the thumb.
         """
-        pads = self.human.forward(q[self._glove])
-        points, directions = pads.points[self._chosen], pads.directions[self._chosen]
-        scale = self.finger_scale[:, None]
-        moved = self.robot.roots + scale * (points - self.human.roots[self._chosen])
-        openings = openings_of(points, self.robot.fingers)
-        closeness = np.exp(-np.sum((openings / self._near) ** 2, axis=1))
-        weights = self.weights.opening + closeness * (self.weights.pinch - self.weights.opening)
-        weights[[finger == "thumb" for finger in self.robot.fingers]] = 0.0
-        if "thumb" not in self.robot.fingers:
-            weights[:] = 0.0
-        return moved, self.opening_scale * openings, directions, weights
+        goal = self.targets_of(np.atleast_2d(q))
+        weights = self.weights
+        counts = weights.opening + goal.nearness * (weights.pinch - weights.opening)
+        return goal.points[0], goal.openings[0], goal.directions[0], (goal.counted * counts)[0]
+
+    def targets_of(self, q: Array) -> Targets:
+        """Return what the robot is to match for postures (n, 22) [rad]."""
+        return self.person.targets(q)
+
+    def _largest_steps(
+        self, q: Array, max_gain: float, max_step: float, time: Array | None
+    ) -> Array:
+        """Return the largest change of each coordinate from posture to posture, (n - 1, m)."""
+        changes = np.abs(np.diff(q, axis=0)).max(axis=1) + 1e-12  # times inf is inf
+        turn_or_slide = np.where(self.robot.slides, self.unit, 1.0)
+        steps = np.minimum((max_gain * changes + SETTLING)[:, None] * turn_or_slide, max_step)
+        if time is None:
+            return steps
+        passed = np.diff(np.asarray(time, dtype=float))
+        if passed.shape != changes.shape or not (passed > 0).all():
+            raise InputError(
+                f"{len(q)} postures and times that do not increase; give one time each"
+            )
+        return np.minimum(steps, passed[:, None] * self.robot.speed)
+
+    def _fitted(self, targets: Targets, steps: Array) -> tuple[Array, Array]:
+        """Return coordinates (n, m) and how deep links overlap, (n,) [m]."""
+        robot, weights = self.robot, self.weights
+
+        def residuals_of(chosen: slice | Index) -> Residuals:
+            return Residuals(robot, targets[chosen], weights, self.unit)
+
+        residuals = residuals_of(slice(None))
+        x = first_guess(residuals_of, len(targets.points), robot, self._contact)
+        near = self._near_links(x, np.full(len(x), weights.contact))
+        movement = Movement(weights.previous, weights.speed, steps)
+        most, settled = (STEPS, SETTLED) if len(x) > 1 else (ALONE, 1e-5)
+        x, _ = fit(
+            lambda at: residuals.at(at, near),
+            x, robot.lower, robot.upper, movement, most, settled,
+        )  # fmt: skip
+        return untangled(residuals_of, robot, self._contact, movement, x)
+
+    def _near_links(self, x: Array, weight: Array) -> NearLinks:
+        return self._contact.near_links(self._contact.find(x), x, weight)
+
+    def _result(self, x: Array, depth: Array, goal: Targets, lead: tuple[int, ...]) -> Retargeted:
+        """Judge what was found, and give it the shape of what was asked for."""
+        robot = self.robot
+        (points, _, _), _ = robot.poses_in(robot.link_frames(x))
+        apart = openings_of(points, robot.fingers)
+        tip = np.linalg.norm(points - goal.points, axis=2)
+        wanted, reached = (np.linalg.norm(o, axis=2) for o in (goal.openings, apart))
+        matched, reason = judge(
+            wanted, reached, tip, self.unit, robot.fingers, lambda: self._reachable.openings
+        )
+        return Retargeted(
+            robot.joint_names,
+            robot.joint_positions(x).reshape(*lead, -1),
+            robot.fingers,
+            tip.reshape(*lead, -1),
+            np.abs(reached - wanted).reshape(*lead, -1),
+            np.linalg.norm(apart - goal.openings, axis=2).reshape(*lead, -1),
+            depth.reshape(lead),
+            matched.reshape(lead),
+            reason,
+            robot.actuator_names,
+            robot.commands(x).reshape(*lead, -1),
+        )
 
 
-def human_hand(size: HandSize = MEDIAN_HAND) -> RobotHand:
-    """Return the human hand in the terms of a robot hand, its pads as fingertips.
-
-    Parameters
-    ----------
-    size
-        As in `handsim.hand.mjcf.build_hand`.
-    """
-    pads: dict[Finger, AttachedFrame | str] = {finger: f"{finger}_pad" for finger in FINGERS}
-    return RobotHand(build_hand(size), "palm", pads)
+def _checked(q: Array, max_gain: float, max_step: float) -> Array:
+    """Return postures as an array; refuse what is none, and limits that allow nothing."""
+    postures = np.asarray(q, dtype=float)
+    if postures.shape[-1:] != (N_JOINTS,) or postures.ndim > 2 or not len(postures):
+        raise InputError(f"postures of shape {postures.shape}; give (22,) or (n, 22)")
+    if not np.isfinite(postures).all():
+        raise InputError("postures hold values that are not finite; give angles in radians")
+    if not (max_gain > 0 and max_step > 0):
+        raise InputError(f"gain {max_gain:g} and step {max_step:g}; give positive limits")
+    return postures

@@ -1,95 +1,99 @@
-"""Fingertips of any hand given as MJCF, in the frame of its palm, with their Jacobians.
+"""Fingertips of any hand given as MJCF or URDF, in the frame of its palm, with their Jacobians.
 
-The user says which sites or bodies are the palm and the fingertips; everything else (which joints
-move them, their ranges and couplings, where fingers begin and how long they are) is read from the
-model. The human hand of this package is described in the same way.
+The user says which sites or bodies are the palm and the fingertips, or they are proposed from the
+file (`handsim.robot_hands`); everything else (which joints move them, their ranges and couplings,
+where fingers begin and how long they are) is read from the model. The human hand of this package
+is described in the same way.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from handsim.content import ByContent
-from handsim.errors import FileError, InputError, UnknownNameError
+from handsim.errors import InputError, UnknownNameError
 from handsim.joints import FINGERS, Finger
-from handsim.retargeting._actuation import commands, driving_actuators
-from handsim.retargeting._couplings import find_couplings, offset_of, within_ranges
-from handsim.types import Array
+from handsim.retargeting._finger_joints import check_joints, joints_between, own_joints, place_of
+from handsim.retargeting._joint_map import JointMap
+from handsim.retargeting._links import LinkFrames, Links
+from handsim.robot_hands.finger_lines import finger_line, length_of
+from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames, read_frames
+from handsim.robot_hands.hand_proposals import propose_frames
+from handsim.robot_hands.reading.hand_file import HandFile, read_hand_file
+from handsim.types import Array, Index
 
-_SITE, _BODY = mujoco.mjtObj.mjOBJ_SITE.value, mujoco.mjtObj.mjOBJ_BODY.value
-_HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
-_CONNECT, _WELD = mujoco.mjtEq.mjEQ_CONNECT.value, mujoco.mjtEq.mjEQ_WELD.value
-_TENDON = mujoco.mjtEq.mjEQ_TENDON.value
+__all__ = ["AttachedFrame", "Fingertips", "RobotHand"]
 
-
-@dataclass(frozen=True)
-class AttachedFrame:
-    """A frame fixed to a site or body of the model.
-
-    Attributes
-    ----------
-    name
-        Of a site, or else of a body.
-    pos, quat
-        Pose in it: (3,) [m], (4,) w, x, y, z. A palm's x points distal and z dorsal; a fingertip's
-        origin is where it touches things and x points out of the finger.
-    """
-
-    name: str
-    pos: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    quat: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+_SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 
 
 @dataclass(frozen=True, eq=False)
 class Fingertips(ByContent):
-    """Where the fingertips are in the palm's frame, and how they move with ``x``.
+    """Where k fingertips are in the palm's frame, and how they move with ``x``.
+
+    Of one posture, or of several: then a leading axis counts them.
 
     Attributes
     ----------
-    points : (n, 3)
+    points : (..., k, 3)
         Where they touch [m].
-    directions : (n, 3)
+    directions : (..., k, 3)
         Unit vectors out of the fingers.
-    d_points, d_directions : (n, 3, m)
+    backs : (..., k, 3)
+        Unit vectors out of the backs of the fingertips.
+    d_points, d_directions, d_backs : (..., k, 3, m)
         Derivatives by the m coordinates [m/rad, 1/rad; per m for slides].
     """
 
     points: Array
     directions: Array
+    backs: Array
     d_points: Array
     d_directions: Array
+    d_backs: Array
 
 
 class RobotHand:
-    """The fingers of a hand, from an MJCF file or spec.
+    """The fingers of a hand, from a file or spec.
 
     Coordinates ``x`` are the joints on the ways from palm to fingertips that are free: neither
-    moved by another joint (``<equality><joint>``, or a tendon whose one actuator moves both) nor
-    part of the wrist or the arm, which stay in the model's reference posture.
+    moved by another joint (``<equality><joint>``, a mimic of URDF, or a tendon whose one actuator
+    moves both) nor part of the wrist or the arm, which stay in the model's reference posture.
 
     Parameters
     ----------
     source
         An MJCF or URDF file, or a spec.
     palm
-        The palm's `AttachedFrame`, or the name of a site or body: x distal, z dorsal.
+        The palm's `AttachedFrame`, or the name of a site or body: x distal, z dorsal. Left out,
+        palm and fingertips are proposed from the file; ``handsim hand inspect`` shows them.
     fingertips
         For each finger that the hand has a counterpart of, its fingertip's `AttachedFrame`, or the
         name of a site or body. A hand with fewer fingers leaves some out.
     knuckles
         Name of the joint at which a finger begins, where that is not the first joint that moves
         this fingertip alone: for a little finger whose metacarpal moves with it.
+    frames
+        Instead of these three: `HandFrames`, or a TOML file that ``handsim hand inspect`` wrote and
+        the user corrected. A file that is beside the hand's, ``NAME.toml``, is taken by itself.
+    folders
+        Where meshes of ``package://`` may be besides the folders about the hand's file.
 
     Attributes
     ----------
-    model
-        The compiled model.
+    spec, model
+        The hand, and the compiled model.
+    frames
+        Palm and fingertips.
+    side
+        Which human hand it resembles.
+    notes
+        What was mended or left out of the file, and where the frames come from.
     fingers
         Those given, thumb first; the order of all arrays over fingers.
     joint_names
@@ -98,8 +102,10 @@ class RobotHand:
         Of the actuators that move these joints, (n_actuators,).
     lower, upper, reference : (m,)
         Range and reference value of each coordinate [rad, or m for slides], in which the joints
-        that follow it stay in their ranges too; without a range, half a turn (or 0.1 m) about the
-        reference.
+        that follow it stay in their ranges too, and actuators in theirs; without a range, half a
+        turn (or 0.1 m) about the reference.
+    speed : (m,)
+        Largest speed that the file says [rad/s, m/s for slides]; infinite where it says none.
     slides : (m,)
         Which coordinates are slides.
     roots : (n, 3)
@@ -115,55 +121,72 @@ class RobotHand:
         If a name is neither a site nor a body, a knuckle no joint of its finger, or a key not a
         finger.
     InputError
-        If no finger is given, a fingertip has no joint of its own, or joints are balls or bound
-        together otherwise than by ``<equality><joint>``.
+        If no finger is given or found, a fingertip has no joint of its own, or joints are balls or
+        bound together otherwise than by ``<equality><joint>``.
     """
 
     def __init__(
         self,
         source: mujoco.MjSpec | Path | str,
-        palm: AttachedFrame | str,
-        fingertips: Mapping[Finger, AttachedFrame | str],
+        palm: AttachedFrame | str | None = None,
+        fingertips: Mapping[Finger, AttachedFrame | str] | None = None,
         knuckles: Mapping[Finger, str] | None = None,
+        *,
+        frames: HandFrames | Path | str | None = None,
+        folders: Sequence[Path] = (),
     ) -> None:
-        for finger in (*fingertips, *(knuckles or {})):
-            if finger not in FINGERS:
-                raise UnknownNameError("finger", finger, FINGERS)
-        self.fingers: tuple[Finger, ...] = tuple(f for f in FINGERS if f in fingertips)
+        if (palm is None) != (fingertips is None) or (palm is not None and frames is not None):
+            raise InputError("give palm and fingertips, or frames, or none of them")
+        file = (
+            HandFile(source, source.compile(), {}, ())
+            if isinstance(source, mujoco.MjSpec)
+            else read_hand_file(source, folders)
+        )
+        self.spec, self.placeholders = file.spec, file.placeholders
+        self.model = file.model
+        if palm is not None and fingertips is not None:
+            frames = _given(palm, fingertips, knuckles or {})
+        elif frames is None and isinstance(source, Path | str):
+            beside = Path(source).with_suffix(".toml")
+            frames = beside if beside.is_file() else None
+        if frames is None:
+            frames = propose_frames(self.model, file.placeholders)
+        elif isinstance(frames, Path | str):
+            frames = read_frames(frames)
+        self.frames, self.side = frames, frames.side
+        self.notes = (*file.notes, f"palm and fingertips: {frames.origin}")
+        self._set_up(frames, file)
+
+    def _set_up(self, frames: HandFrames, file: HandFile) -> None:
+        """Find joints, couplings and ranges, and measure the fingers."""
+        model, given = self.model, frames.fingertips
+        self.fingers: tuple[Finger, ...] = tuple(f for f in FINGERS if f in given)
         if not self.fingers:
             raise InputError("no fingertip is given; name the site or body of one or more")
-        self.model = _compile(source)
-        self._data = mujoco.MjData(self.model)
-        self._palm = self._place(palm)
-        self._tips = [self._place(fingertips[finger]) for finger in self.fingers]
-        ways = [self._joints_between(self._palm[0], body) for body, _, _ in self._tips]
-        own = self._own_joints(ways, knuckles or {})
-        joints = sorted(set().union(*ways))
-        self._check_joints(joints)
-        self.joint_names = tuple(self.model.joint(j).name for j in joints)
-        self._qpos = self.model.jnt_qposadr[joints]
-        self._dof = self.model.jnt_dofadr[joints]
-        self._couplings = find_couplings(self.model, joints)
-        self._actuators = driving_actuators(self.model, joints)
-        self.actuator_names = tuple(self.model.actuator(i).name for i in self._actuators)
-        led = {coupling.joint for coupling in self._couplings}
-        self._free = np.array([i for i in range(len(joints)) if i not in led], dtype=int)
-        self.reference: Array = self.model.qpos0[self._qpos][self._free]
-        free = np.array(joints)[self._free]
-        self.slides = self.model.jnt_type[free] == _SLIDE
-        self.lower, self.upper = (ends[self._free] for ends in self._ranges(joints))
-        self.roots, self.reach = self._measure(own)
+        self._palm = place_of(model, frames.palm)
+        self._tips = [place_of(model, given[finger]) for finger in self.fingers]
+        ways = [joints_between(model, self._palm[0], body) for body, _, _ in self._tips]
+        own = own_joints(model, self.fingers, ways, frames.knuckles)
+        joints = sorted(set[int]().union(*ways))
+        check_joints(model, joints)
+        self.joint_ids: Index = np.array(joints, dtype=np.int64)
+        self.joint_map = JointMap(model, joints, file.speeds)
+        self.joint_names, self.actuator_ids = self.joint_map.names, self.joint_map.actuators
+        self.actuator_names = tuple(model.actuator(i).name for i in self.actuator_ids)
+        self.lower, self.upper = self.joint_map.lower, self.joint_map.upper
+        self.speed = self.joint_map.speed
+        self.reference: Array = self.joint_map.start[self.joint_map.free]
+        self.slides = model.jnt_type[self.joint_ids[self.joint_map.free]] == _SLIDE
+        moved = [b for b in range(model.nbody) if joints_between(model, 0, b)]
+        inside = [b for b in moved if set(joints_between(model, 0, b)) & set(joints)]
+        self.links = Links(model, joints, [self._palm[0], *(t[0] for t in self._tips), *inside])
+        self._tip_rows = self.links.rows([t[0] for t in self._tips])
+        self._palm_row = self.links.rows([self._palm[0]])
+        self.roots, self.reach = self._measure([[joints.index(j) for j in each] for each in own])
 
     def joint_positions(self, x: Array) -> Array:
         """Return the positions of all joints, (..., n_joints) [rad or m], from (..., m)."""
-        start = self.model.qpos0[self._qpos]
-        positions = np.broadcast_to(start, (*np.shape(x)[:-1], len(start))).copy()
-        positions[..., self._free] = x
-        for coupling in self._couplings:
-            ahead = offset_of(positions, coupling.leader, start)
-            polynomial = np.polynomial.Polynomial(coupling.coefficients)
-            positions[..., coupling.joint] = start[coupling.joint] + polynomial(ahead)
-        return positions
+        return self.joint_map.positions(x)
 
     def commands(self, x: Array) -> Array:
         """Return the controls of position servos that hold postures, (..., n_actuators).
@@ -174,166 +197,124 @@ class RobotHand:
         ----------
         x : (..., m)
         """
-        positions = self.joint_positions(np.asarray(x, dtype=float))
-        flat = positions.reshape(-1, positions.shape[-1])
-        found = np.empty((len(flat), len(self._actuators)))
-        for i, posture in enumerate(flat):
-            self._data.qpos[self._qpos] = posture
-            mujoco.mj_fwdPosition(self.model, self._data)
-            found[i] = commands(self.model, self._data, self._actuators)
-        return found.reshape(*positions.shape[:-1], -1)
+        return self.joint_map.commands(x)
 
     def palm_pose(self) -> tuple[Array, Array]:
         """Return the palm's origin, (3,) [m], and axes, (3, 3), in the world, reference posture."""
-        self.forward(self.reference)
-        origin, axes = self._pose(self._palm)
-        return origin.copy(), axes
+        origin, axes = self._palm_in(self.link_frames(self.reference[None]))
+        return origin[0], axes[0]
+
+    @property
+    def pads_are_known(self) -> bool:
+        """Whether the fingertips' z points out of their backs; in frames by name it is free."""
+        return self.frames.origin != "given"
+
+    @property
+    def palm_body(self) -> int:
+        """Id of the body that the palm's frame is on."""
+        return self._palm[0]
+
+    def link_frames(self, x: Array) -> LinkFrames:
+        """Return where all links are in the world, coordinates (n, m) given."""
+        return self.links.frames(self.joint_positions(x))
 
     def forward(self, x: Array) -> Fingertips:
-        """Return the fingertips at coordinates (m,)."""
-        positions = self.joint_positions(x)
-        self._data.qpos[self._qpos] = positions
-        mujoco.mj_kinematics(self.model, self._data)
-        mujoco.mj_comPos(self.model, self._data)
-        slopes = self._slopes(positions)
-        origin, axes = self._pose(self._palm)
-        n, m = len(self._tips), len(self._free)
-        points, directions = np.empty((n, 3)), np.empty((n, 3))
-        d_points, d_directions = np.empty((n, 3, m)), np.empty((n, 3, m))
-        for i, tip in enumerate(self._tips):
-            point, turned = self._pose(tip)
+        """Return the fingertips at coordinates (m,), or at (n, m) of several postures."""
+        at = np.atleast_2d(np.asarray(x, dtype=float))
+        poses, rates = self.fingertips_in(self.link_frames(at), at)
+        parts = [*poses, *(rate.transpose(0, 2, 3, 1) for rate in rates)]
+        return Fingertips(*(part[0] if np.ndim(x) == 1 else part for part in parts))
+
+    def fingertips_in(
+        self, frames: LinkFrames, x: Array
+    ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        """Return points, directions and backs of the fingertips, and how they move.
+
+        Parameters
+        ----------
+        frames
+            Of the links at ``x``.
+        x : (n, m)
+
+        Returns
+        -------
+        poses
+            Three of (n, k, 3), in the palm's frame.
+        rates
+            Three of (n, m, k, 3).
+        """
+        links, rows = self.links, self._tip_rows
+        poses, inside = self.poses_in(frames)
+        rates = [links.velocities(inside, rows, poses[0])]
+        rates += [links.turns(inside, rows, direction) for direction in poses[1:]]
+        palm = np.broadcast_to(self._palm_row, rows.shape)
+        if links.moves[self._palm_row].any():
             # What the palm would do to the same point is taken off: the palm may move, too.
-            shift, turn = self._jacobian(point, tip[0]) - self._jacobian(point, self._palm[0])
-            direction = turned[:, 0]
-            points[i], directions[i] = axes.T @ (point - origin), axes.T @ direction
-            d_points[i] = axes.T @ shift @ slopes
-            d_directions[i] = axes.T @ np.cross(turn.T, direction).T @ slopes
-        return Fingertips(points, directions, d_points, d_directions)
+            rates[0] -= links.velocities(inside, palm, poses[0])
+            for i in (1, 2):
+                rates[i] -= links.turns(inside, palm, poses[i])
+        return poses, tuple(self.joint_map.by_coordinate(rate, x) for rate in rates)
 
-    def _place(self, frame: AttachedFrame | str) -> tuple[int, Array, Array]:
-        """Find a frame's body, and its origin (3,) and axes (3, 3) in it."""
-        wanted = AttachedFrame(frame) if isinstance(frame, str) else frame
-        turn = Rotation.from_quat(wanted.quat, scalar_first=True)
-        pos = np.array(wanted.pos, dtype=float)
-        model = self.model
-        site = mujoco.mj_name2id(model, _SITE, wanted.name)
-        if site >= 0:
-            within = Rotation.from_quat(model.site_quat[site], scalar_first=True)
-            pos, turn = model.site_pos[site] + within.apply(pos), within * turn
-            return int(model.site_bodyid[site]), pos, turn.as_matrix()
-        body = mujoco.mj_name2id(model, _BODY, wanted.name)
-        if body < 0:
-            sites = [model.site(i).name for i in range(model.nsite)]
-            bodies = [model.body(i).name for i in range(model.nbody)]
-            raise UnknownNameError("site or body", wanted.name, (*sites, *bodies))
-        return body, pos, turn.as_matrix()
+    def poses_in(self, frames: LinkFrames) -> tuple[tuple[Array, ...], LinkFrames]:
+        """Return points, directions and backs of the fingertips, and joints in the palm's frame.
 
-    def _joints_between(self, first: int, second: int) -> list[int]:
-        apart = set(self._ancestors(first)) ^ set(self._ancestors(second))
-        return [j for j in range(self.model.njnt) if self.model.jnt_bodyid[j] in apart]
+        Returns
+        -------
+        poses
+            Three of (n, k, 3).
+        inside
+            The frames with anchors and axes as seen from the palm.
+        """
+        origin, axes = self._palm_in(frames)
+        position, turned = self._posed(frames, self._tip_rows, self._tips)
+        points = (position - origin[:, None]) @ axes
+        anchor = (frames.anchor - origin[:, None]) @ axes
+        inside = LinkFrames(frames.position, frames.rotation, anchor, frames.axis @ axes)
+        return (points, turned[..., 0] @ axes, turned[..., 2] @ axes), inside
 
-    def _ancestors(self, body: int) -> list[int]:
-        chain = [body]
-        while chain[-1] > 0:
-            chain.append(int(self.model.body_parentid[chain[-1]]))
-        return chain
+    def _palm_in(self, frames: LinkFrames) -> tuple[Array, Array]:
+        """Return the palm's origin, (n, 3), and axes, (n, 3, 3), in the world."""
+        origin, axes = self._posed(frames, self._palm_row, [self._palm])
+        return origin[:, 0], axes[:, 0]
 
-    def _check_joints(self, joints: list[int]) -> None:
-        """Refuse what coordinates and couplings here cannot express."""
-        for j in joints:
-            if self.model.jnt_type[j] not in (_HINGE, _SLIDE):
-                raise InputError(
-                    f"joint '{self.model.joint(j).name}' is neither a hinge nor a slide; "
-                    "split it into hinges"
-                )
-        moved = {int(self.model.jnt_bodyid[j]) for j in joints}
-        for i in np.flatnonzero(self.model.eq_active0):
-            kind, ends = self.model.eq_type[i], (self.model.eq_obj1id[i], self.model.eq_obj2id[i])
-            if kind in (_CONNECT, _WELD):
-                sites = self.model.eq_objtype[i] == _SITE
-                bodies = {int(self.model.site_bodyid[end] if sites else end) for end in ends}
-                bound = any(moved & set(self._ancestors(body)) for body in bodies)
-            else:
-                bound = kind == _TENDON
-            if bound:
-                raise InputError(
-                    f"equality '{self.model.equality(i).name}' binds the fingers otherwise than "
-                    "joint to joint; take it out of the file or give it active='false'"
-                )
-
-    def _slopes(self, positions: Array) -> Array:
-        """Return the derivatives of all degrees of freedom by the coordinates, (nv, m)."""
-        start = self.model.qpos0[self._qpos]
-        slopes = np.zeros((len(positions), len(self._free)))
-        slopes[self._free, np.arange(len(self._free))] = 1.0
-        for coupling in self._couplings:
-            if coupling.leader >= 0:
-                ahead = offset_of(positions, coupling.leader, start)
-                slope = np.polynomial.Polynomial(coupling.coefficients).deriv()(ahead)
-                slopes[coupling.joint] = slope * slopes[coupling.leader]
-        full = np.zeros((self.model.nv, len(self._free)))
-        full[self._dof] = slopes
-        return full
-
-    def _ranges(self, joints: list[int]) -> tuple[Array, Array]:
-        """Return the ends of all joints' ranges, (n_joints,) each, followers taken into account."""
-        model, start = self.model, self.model.qpos0[self._qpos]
-        half = np.where(model.jnt_type[joints] == _SLIDE, 0.1, np.pi)
-        limited = model.jnt_limited[joints].astype(bool)
-        lower = np.where(limited, model.jnt_range[joints, 0], start - half)
-        upper = np.where(limited, model.jnt_range[joints, 1], start + half)
-        return within_ranges(self._couplings, start, lower, upper)
-
-    def _own_joints(self, ways: list[list[int]], knuckles: Mapping[Finger, str]) -> list[list[int]]:
-        """Return the joints of each finger, from its knuckle to its tip."""
-        own = []
-        for i, (finger, way) in enumerate(zip(self.fingers, ways, strict=True)):
-            if finger in knuckles:
-                names = tuple(self.model.joint(j).name for j in way)
-                if knuckles[finger] not in names:
-                    raise UnknownNameError(f"joint of the {finger}", knuckles[finger], names)
-                own.append(way[names.index(knuckles[finger]) :])
-                continue
-            shared = set().union(*ways[:i], *ways[i + 1 :])
-            own.append([j for j in way if j not in shared])
-            if not own[i]:
-                raise InputError(
-                    f"fingertip of the {finger} moves with no joint of its own; "
-                    "name a site or body further out"
-                )
-        return own
+    def _posed(
+        self, frames: LinkFrames, rows: Index, places: Sequence[tuple[int, Array, Array]]
+    ) -> tuple[Array, Array]:
+        """Return origins (n, k, 3) and axes (n, k, 3, 3) of frames fixed to links."""
+        turned = frames.rotation[:, rows]
+        pos, axes = np.array([p for _, p, _ in places]), np.array([a for _, _, a in places])
+        return frames.position[:, rows] + (turned @ pos[..., None])[..., 0], turned @ axes
 
     def _measure(self, own: list[list[int]]) -> tuple[Array, Array]:
         """Return where the fingers begin, (n, 3), and how long they are, (n,), in the reference."""
-        points = self.forward(self.reference).points
-        origin, axes = self._pose(self._palm)
-        roots, reach = np.empty_like(points), np.empty(len(points))
-        for i, joints in enumerate(own):
-            places = np.vstack([(self._data.xanchor[joints] - origin) @ axes, points[i]])
-            roots[i] = places[0]
-            reach[i] = np.linalg.norm(np.diff(places, axis=0), axis=1).sum()
-        return roots, reach
-
-    def _pose(self, place: tuple[int, Array, Array]) -> tuple[Array, Array]:
-        body, pos, axes = place
-        rotation = self._data.xmat[body].reshape(3, 3)
-        return self._data.xpos[body] + rotation @ pos, rotation @ axes
-
-    def _jacobian(self, point: Array, body: int) -> Array:
-        """Return how a point of a body shifts and turns with the degrees of freedom, (2, 3, nv)."""
-        jacobian = np.zeros((2, 3, self.model.nv))
-        mujoco.mj_jac(self.model, self._data, jacobian[0], jacobian[1], point, body)
-        return jacobian
+        frames = self.link_frames(self.reference[None])
+        origin, axes = self._palm_in(frames)
+        tips, _ = self._posed(frames, self._tip_rows, self._tips)
+        lines = [
+            finger_line(
+                frames.anchor[0, joints],
+                frames.axis[0, joints],
+                tips[0, i],
+                self.links.slides[joints],
+            )
+            for i, joints in enumerate(own)
+        ]
+        roots = np.array([line[0] for line in lines])
+        return (roots - origin[0]) @ axes[0], np.array([length_of(line) for line in lines])
 
 
-def _compile(source: mujoco.MjSpec | Path | str) -> mujoco.MjModel:
-    if isinstance(source, mujoco.MjSpec):
-        return source.compile()
-    path = Path(source)
-    if not path.is_file():
-        raise FileError(f"{path}: no such file; give the robot hand as MJCF or URDF")
-    try:
-        return mujoco.MjSpec.from_file(str(path)).compile()
-    except ValueError as error:
-        reason = str(error).splitlines()[0]
-        raise FileError(f"{path}: MuJoCo cannot read it ({reason}); correct the file") from error
+def _given(
+    palm: AttachedFrame | str,
+    fingertips: Mapping[Finger, AttachedFrame | str],
+    knuckles: Mapping[Finger, str],
+) -> HandFrames:
+    """Return the frames that the user names in words of his own."""
+    for finger in (*fingertips, *knuckles):
+        if finger not in FINGERS:
+            raise UnknownNameError("finger", finger, FINGERS)
+
+    def attached(frame: AttachedFrame | str) -> AttachedFrame:
+        return AttachedFrame(frame) if isinstance(frame, str) else frame
+
+    tips: dict[Finger, AttachedFrame] = {f: attached(frame) for f, frame in fingertips.items()}
+    return HandFrames(attached(palm), tips, knuckles)

@@ -217,7 +217,7 @@ def retargeting_sheet(
     with open_offscreen(300, 280) as offscreen:
         for spec, hand, positions in (
             (build_hand(recording.hand), human, recording.q[:, glove]),
-            (mujoco.MjSpec.from_file(str(source)), robot, moved.positions),
+            (robot.spec.copy(), robot, moved.positions),
         ):
             frames += _by_the_palm(offscreen, spec, hand, positions[chosen])
     times = recording.time[chosen] - recording.time[0]

@@ -3,6 +3,7 @@
 import io
 import struct
 import tracemalloc
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -98,6 +99,49 @@ def test_meshes(sandbox, kind):
     search(check, damaged_bytes(whole), 12 * sandbox.cases)
     search(check, st.binary(max_size=100), 3 * sandbox.cases)
     assert False in made
+
+
+def things() -> dict[str, bytes]:
+    """Meshes with more to damage: a bottle, a hollow, two bodies, a concave bracket, a soup."""
+    bottle = trimesh.creation.revolve(
+        np.array([[0, 0], [30, 0], [33, 5], [33, 130], [14, 185], [14, 210], [0, 210]]), sections=16
+    )
+    inner = trimesh.creation.box((0.05, 0.05, 0.05))
+    hollow = trimesh.util.concatenate([trimesh.creation.box((0.06, 0.06, 0.06)), inner])
+    two = trimesh.util.concatenate(
+        [trimesh.creation.box((0.1, 0.03, 0.03)), trimesh.creation.cylinder(0.01, 0.25)]
+    )
+    made = {
+        "bottle.stl": bottle.export(file_type="stl"),
+        "bottle.obj": bottle.export(file_type="obj"),
+        "hollow.ply": hollow.export(file_type="ply"),
+        "two.off": two.export(file_type="off"),
+        "words.stl": bottle.export(file_type="stl_ascii"),
+    }
+    return {name: each.encode() if isinstance(each, str) else each for name, each in made.items()}
+
+
+@pytest.mark.parametrize("name", sorted(things()))
+def test_own_things_are_checked_or_refused_in_one_line_and_soon(sandbox, name, monkeypatch):
+    """What has to be decomposed is taken as it is here: that is done by another program."""
+    monkeypatch.setattr("handsim.objects.contact_pieces.decompose", lambda v, f, seed: [v])
+    whole = things()[name]
+    longest = 0.0
+
+    def check(damaged: bytes) -> None:
+        nonlocal longest
+        sandbox.fresh()
+        path = sandbox.inputs / name
+        path.write_bytes(damaged)
+        began = perf_counter()
+        sandbox.run("object", "check", path, "--json")
+        longest = max(longest, perf_counter() - began)
+
+    check(whole)
+    assert sandbox.codes == [0]
+    search(check, damaged_bytes(whole), 20 * sandbox.cases)
+    assert 2 in sandbox.codes
+    assert longest < 20
 
 
 @pytest.mark.parametrize(

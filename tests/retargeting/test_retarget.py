@@ -12,9 +12,9 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.postures import POSTURES
 from handsim.joints import JOINT_INDEX, clip_to_range
 from handsim.recordings.folder import read_recordings
-from handsim.retargeting._posture_fit import OPENING_TOLERANCE, TIP_TOLERANCE, PostureFit
 from handsim.retargeting.retarget import SETTLING, Retargeter, Weights, human_hand
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.residuals import Residuals
 from handsim.types import HandSize
 
 FOUR_FINGERS = Path(__file__).parent / "data" / "four_finger_hand.xml"
@@ -46,7 +46,8 @@ def test_the_four_finger_hand_is_unlike_a_persons(robot):
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("name", ["rest", "pinch", "tripod"])
 def test_the_same_kinematics_at_another_size_give_the_posture_back(side, name):
-    retargeter = Retargeter(human_hand(replace(SMALLER, side=side)), HandSize(side=side))
+    robot, weights = human_hand(replace(SMALLER, side=side)), Weights(contact=0.0)  # pads touch
+    retargeter = Retargeter(robot, HandSize(side=side), weights=weights)
     assert retargeter.scale == pytest.approx(0.15 / 0.1933)
     q = POSTURES[name]
     result = retargeter.retarget(q)
@@ -77,7 +78,7 @@ def test_four_finger_hand_makes_a_recorded_reach(robot, reach):
     assert result.matched.all(), result.reason
     assert np.all(result.opening_error[:, 0] == 0), "the thumb against itself"
     assert result.opening_error[-1].max() < 0.1 * robot.reach.mean(), "at the grasp"
-    assert result.tip_error.max() < TIP_TOLERANCE * robot.reach.mean()
+    assert result.tip_error[:, 1:].max() < 0.3 * robot.reach.mean()
     assert np.ptp(result.positions, axis=0).max() > np.deg2rad(30), "it moves"
 
 
@@ -87,7 +88,10 @@ def test_errors_are_those_of_the_positions_returned(robot, reach):
     points, openings, _, _ = retargeter.targets(reach[-1])
     tips = robot.forward(result.positions).points
     assert np.allclose(result.tip_error, np.linalg.norm(tips - points, axis=1))
-    assert np.allclose(result.opening_error, np.linalg.norm(tips - tips[0] - openings, axis=1))
+    apart = tips - tips[0]
+    assert np.allclose(result.vector_error, np.linalg.norm(apart - openings, axis=1))
+    far, wanted = np.linalg.norm(apart, axis=1), np.linalg.norm(openings, axis=1)
+    assert np.allclose(result.opening_error, np.abs(far - wanted))
 
 
 def closing(n: int) -> np.ndarray:
@@ -117,7 +121,8 @@ def test_joints_move_at_most_so_much_faster_than_the_persons(robot, reach):
     limit = 1.5 * changes + SETTLING
     assert np.all(moved[1] <= limit + 1e-9)
     assert np.any(moved[0] > limit + np.deg2rad(1)), "it is what limits"
-    assert np.allclose(kept.positions[-1], free.positions[-1], atol=np.deg2rad(2)), "it settles"
+    kept_tips, free_tips = (robot.forward(each.positions[-1]).points for each in (kept, free))
+    assert np.allclose(kept_tips, free_tips, atol=2e-3), "it settles"
 
 
 def test_largest_step_is_kept(robot, reach):
@@ -156,7 +161,9 @@ def test_what_touches_in_the_human_hand_touches_in_the_robots(robot):
         for finger in fingers:
             apart = np.linalg.norm(tips[finger] - tips[0])
             assert apart == pytest.approx(np.linalg.norm(openings[finger]), abs=2e-3)
-    weak = Retargeter(robot, weights=Weights(opening=0.1, pinch=0.1)).retarget(POSTURES["pinch"])
+    weak = Retargeter(robot, weights=Weights(opening=0.1, pinch=0.1, vector=0.05)).retarget(
+        POSTURES["pinch"]
+    )
     assert weak.opening_error[1] > 0.005, "it is the weight that does it"
 
 
@@ -165,8 +172,8 @@ def test_closeness_counts_more():
     *_, apart = retargeter.targets(POSTURES["flat"])
     *_, touching = retargeter.targets(POSTURES["pinch"])
     assert apart[0] == touching[0] == 0
-    assert touching[1] > 4
-    assert np.all(apart[1:] < 1.3)
+    assert touching[1] > 2 * Weights().opening
+    assert np.all(apart[1:] < 1.3 * Weights().opening)
 
 
 def test_opening_scale_of_one_keeps_the_width_of_things(robot):
@@ -226,18 +233,33 @@ def test_fingers_are_measured_against_their_own_counterparts():
     assert Retargeter(little).scale == pytest.approx(1 / longer, rel=0.1)
 
 
-def test_what_cannot_match_is_a_result_with_a_reason():
-    """A thumb that cannot leave the palm's side; its hand does what it can."""
-    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
-    spec.joint("thumb_roll").range = [-10, 0]
-    robot = RobotHand(spec, "base_frame", TIPS)
+def test_what_cannot_match_is_a_result_that_says_whose_limit_it_is(robot):
     postures = np.array([POSTURES["flat"], POSTURES["tripod"]])
-    result = Retargeter(robot).retarget(postures)
-    assert result.matched.tolist() == [True, False]
-    assert "1 of 2 postures do not match" in result.reason
-    assert "posture 1" in result.reason
-    wide = robot.reach.mean()
-    assert result.opening_error[1].max() > OPENING_TOLERANCE * wide
+    wide = Retargeter(robot, opening_scale=5.0)
+    result = wide.retarget(postures, max_gain=np.inf)
+    assert not result.matched[0]
+    assert "postures do not match; worst is thumb to" in result.reason
+    assert "opens to" in result.reason and "choose a smaller opening_scale" in result.reason
+    said = float(result.reason.split("opens to ")[1].split(" mm")[0])
+    i = robot.fingers.index(result.reason.split("worst is thumb to ")[1].split()[0])
+    wanted = np.linalg.norm(wide.targets(POSTURES["flat"])[1], axis=1)
+    assert 1e3 * (wanted - result.opening_error[0])[i] < said + 1, "none opens further"
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    for joint in spec.joints:
+        joint.range = [-1, 1]
+    stiff = Retargeter(RobotHand(spec, "base_frame", TIPS)).retarget(POSTURES["tripod"])
+    assert not stiff.matched and "comes no closer than" in stiff.reason
+
+
+def test_the_thumb_may_stand_elsewhere(robot):
+    """The whole thumb moved by 20 mm: openings match as before, its fingertip does not."""
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    thumb = spec.joint("thumb_roll").parent
+    thumb.pos = thumb.pos + [0.0, 0.0, 0.02]
+    q = POSTURES["tripod"]
+    moved, here = (Retargeter(r).retarget(q) for r in (RobotHand(spec, "base_frame", TIPS), robot))
+    assert moved.matched and here.matched
+    assert moved.opening_error.max() < 2e-3
 
 
 def test_coupled_joints_stay_coupled(reach):
@@ -260,18 +282,20 @@ def test_coupled_joints_stay_coupled(reach):
     assert middle.min() > 0.1
 
 
-def test_slope_of_the_residual(robot):
+def test_slope_and_curvature_of_the_residual(robot):
+    """Against differences of the cost; the curvature where nothing is left over."""
     retargeter = Retargeter(robot)
-    fit = PostureFit(retargeter, POSTURES["tripod"])
     rng = np.random.default_rng(2)
-    x = robot.lower + rng.uniform(0.2, 0.8, 16) * (robot.upper - robot.lower)
-    previous = x + rng.normal(0, 0.1, 16)
-
-    def residual(at: np.ndarray) -> np.ndarray:
-        return fit._residual(at, robot.forward(at), previous)
-
-    slope = np.transpose([(residual(x + e) - residual(x - e)) / 2e-6 for e in 1e-6 * np.eye(16)])
-    assert np.allclose(fit._jacobian(robot.forward(x), previous), slope, atol=1e-7)
+    q = np.array([POSTURES["tripod"], POSTURES["rest"]])
+    residuals = Residuals(robot, retargeter.targets_of(q), Weights(back=0.04), retargeter.unit)
+    x = robot.lower + rng.uniform(0.2, 0.8, (2, 16)) * (robot.upper - robot.lower)
+    slope = np.transpose(
+        [(residuals.at(x + e).cost - residuals.at(x - e).cost) / 2e-6 for e in 1e-6 * np.eye(16)]
+    )
+    here = residuals.at(x)
+    assert np.allclose(here.gradient, slope, atol=1e-6 * np.abs(slope).max())
+    assert np.allclose(here.hessian, here.hessian.swapaxes(1, 2))
+    assert np.linalg.eigvalsh(here.hessian).min() > 0
 
 
 def test_the_same_postures_give_the_same_bits(robot, reach):
@@ -295,3 +319,113 @@ def test_bad_input_names_what_is_wrong(robot):
         Retargeter(robot, opening_scale=-1.0)
     with pytest.raises(InputError, match="hand length"):
         Retargeter(robot, HandSize(2.0))
+
+
+def test_followers_stay_within_both_limits_and_lines_are_what_the_actuators_do(tmp_path, reach):
+    """Mimic with a slope and an offset, whose follower would leave its range first."""
+    text = FOLLOWING.format(slope=1.4, offset=0.2, upper=1.5)
+    (tmp_path / "hand.urdf").write_text(text)
+    robot = RobotHand(tmp_path / "hand.urdf")
+    result = Retargeter(robot).retarget(reach[::3])
+    at = result.joint_names.index
+    for finger in ("thumb", "index", "middle"):
+        leader = result.positions[:, at(f"{finger}_1")]
+        follower = result.positions[:, at(f"{finger}_2")]
+        np.testing.assert_allclose(follower, 0.2 + 1.4 * leader, atol=1e-12)
+        assert follower.max() <= 1.5 + 1e-9 and leader.min() >= -1e-9
+        command = result.commands[:, result.actuator_names.index(f"{finger}_1")]
+        np.testing.assert_allclose(command, leader, atol=1e-12)
+    assert robot.upper[0] <= (1.5 - 0.2) / 1.4 + 1e-9
+
+
+FOLLOWING = (
+    '<robot name="h"><link name="palm"/>'
+    + "".join(
+        f'<link name="{f}_a"><collision><origin xyz=".02 0 0"/><geometry><box size=".04 .01 .01"/>'
+        f'</geometry></collision></link><link name="{f}_b"><collision><origin xyz=".02 0 0"/>'
+        '<geometry><box size=".04 .01 .01"/></geometry></collision></link>'
+        f'<joint name="{f}_1" type="revolute"><parent link="palm"/><child link="{f}_a"/>'
+        f'<origin xyz="{x} {y} {z}" rpy="{turn}"/><axis xyz="0 1 0"/>'
+        '<limit lower="0" upper="1.5" effort="1" velocity="4"/></joint>'
+        f'<joint name="{f}_2" type="revolute"><parent link="{f}_a"/><child link="{f}_b"/>'
+        '<origin xyz=".045 0 0"/><axis xyz="0 1 0"/>'
+        '<limit lower="0" upper="{upper}" effort="1" velocity="4"/>'
+        f'<mimic joint="{f}_1" multiplier="{{slope}}" offset="{{offset}}"/></joint>'
+        for f, x, y, z, turn in (
+            ("thumb", 0.03, 0.03, -0.02, "-1.57 0 0.6"),
+            ("index", 0.09, 0.02, 0.0, "0 0 0"),
+            ("middle", 0.09, -0.01, 0.0, "0 0 0"),
+        )
+    )
+    + "</robot>"
+)
+
+
+def test_no_coordinate_is_faster_than_the_file_says_where_times_are_given(tmp_path, reach):
+    slow = FOLLOWING.format(slope=1.0, offset=0.0, upper=1.5).replace(
+        'velocity="4"', 'velocity="0.5"'
+    )
+    (tmp_path / "hand.urdf").write_text(slow)
+    retargeter = Retargeter(RobotHand(tmp_path / "hand.urdf"))
+    assert (retargeter.robot.speed == 0.5).all()
+    time = 0.04 * np.arange(len(reach))
+    moved = np.abs(np.diff(retargeter.retarget(reach, time=time).positions, axis=0))
+    assert moved.max() <= 0.5 * 0.04 + 1e-9
+    assert moved.max() > 0.9 * 0.5 * 0.04, "it is what limits"
+    with pytest.raises(InputError, match="do not increase"):
+        retargeter.retarget(reach, time=np.zeros(len(reach)))
+
+
+def test_links_that_would_run_into_each_other_stay_apart():
+    """A fist: without looking, links would be 26 mm in each other."""
+    spec = mujoco.MjSpec.from_file(str(FOUR_FINGERS))
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 1
+    robot = RobotHand(spec, "base_frame", TIPS)
+    q = np.linspace(POSTURES["rest"], POSTURES["fist"], 40)
+    blind = Retargeter(robot, weights=Weights(contact=0.0)).retarget(q, max_gain=np.inf)
+    seeing = Retargeter(robot).retarget(q, max_gain=np.inf)
+    assert blind.penetration.max() > 0.02
+    assert seeing.penetration.max() <= 0.002
+    model, data = robot.model, mujoco.MjData(robot.model)
+    parent = model.body_parentid
+    for at in seeing.positions[::8]:
+        data.qpos[model.jnt_qposadr[robot.joint_ids]] = at
+        mujoco.mj_forward(model, data)
+        for contact in data.contact[: data.ncon]:
+            a, b = (int(model.geom_bodyid[g]) for g in contact.geom)
+            assert parent[a] == b or parent[b] == a or contact.dist > -0.002
+
+
+def test_a_posture_at_a_time_follows_the_movement(robot, reach):
+    retargeter = Retargeter(robot)
+    whole = retargeter.retarget(reach)
+    free = robot.joint_map.free
+    x = whole.positions[0][free]
+    for q in reach[1:]:
+        x = retargeter.follow(q, x, max_step=0.2)
+    _, openings, _, _ = retargeter.targets(reach[-1])
+    tips = robot.forward(x).points
+    far, wanted = (np.linalg.norm(v, axis=1) for v in (tips - tips[0], openings))
+    assert np.abs(far - wanted).max() < 0.003
+    assert ((x >= robot.lower) & (x <= robot.upper)).all()
+
+
+DATA = Path(__file__).parents[3] / "shared/data/robot_hands"
+
+
+@pytest.mark.real_data
+@pytest.mark.skipif(not DATA.is_dir(), reason="the robot hands are not beside the checkout")
+@pytest.mark.parametrize(
+    ("file", "most"),
+    [("shadow_hand/right_hand.xml", 0.004), ("wonik_allegro/right_hand.xml", 0.006),
+     ("leap_hand/leap_hand_right.urdf", 0.006)],
+)  # fmt: skip
+def test_published_hands_open_as_the_person_does(file, most):
+    robot = RobotHand(DATA / file)
+    recording = read_recordings(data_folder("assets") / "experiments")[6]
+    result = Retargeter(robot, recording.hand).retarget(recording.q)
+    assert result.opening_error[:, 1:].mean() <= most
+    assert result.penetration.max() <= 0.002
+    assert np.isfinite(result.commands).all()
+    assert result.matched.all(), result.reason

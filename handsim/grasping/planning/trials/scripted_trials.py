@@ -1,0 +1,145 @@
+"""Proposed grasps run by script: once each, then perturbed, then searched around."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.demonstrator import demonstrate_on
+from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets
+from handsim.grasping.planning.search import (
+    cost_of,
+    mean_cost,
+    minimise,
+    shortened,
+    tried_conditions,
+)
+from handsim.grasping.planning.trial_variation import USUAL, trial_variation
+from handsim.grasping.pool import in_order, processes
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.record import Rollout
+from handsim.hand.mjcf import build_hand
+from handsim.hand.model import HandModel
+from handsim.objects.object import GraspObject
+from handsim.objects.proposals import Proposal
+from handsim.tasks.lift import lift_task
+from handsim.tasks.task import Task
+from handsim.types import Progress
+
+N_PERTURBED = 3
+"""Perturbed runs by which the best grasps are compared."""
+N_SEARCHED_WITH = 2
+"""Perturbed runs of every point of a search."""
+GENERATIONS = 6
+"""Of a search, of 8 points each."""
+FAILED = 1.0
+"""Least cost of a run that did not hold (`search.cost_of`)."""
+
+
+@dataclass(frozen=True)
+class TriedGrasp:
+    """A proposal, its task, and the cost of one brief run of it: below 0 where it held."""
+
+    proposal: Proposal
+    task: Task
+    cost: float
+
+    @property
+    def held(self) -> bool:
+        """Whether it was held."""
+        return self.cost < FAILED
+
+
+@dataclass(frozen=True)
+class ScriptedGrasper:
+    """Grasps by script with offsets that were found for one task."""
+
+    offsets: DemonstratorOffsets = field(default_factory=DemonstratorOffsets)
+
+    def __call__(self, task: Task, conditions: Conditions) -> Rollout:
+        """Grasp; perturbed runs vary in posture and timing, as `demonstrate` varies them."""
+        variation = USUAL if conditions.nominal else trial_variation(conditions.seed)
+        hand = HandModel.from_spec(build_hand(conditions.hand))
+        scene = Scene.build(task, conditions)
+        return demonstrate_on(scene, hand, self.offsets, variation=variation)
+
+
+def try_by_script(
+    grasp_object: GraspObject,
+    conditions: Conditions,
+    proposals: Sequence[Proposal],
+    *,
+    n_jobs: int = 1,
+    progress: Progress | None = None,
+) -> tuple[TriedGrasp, ...]:
+    """Run each proposal once by script, briefly.
+
+    Parameters
+    ----------
+    grasp_object
+    conditions
+        Of the runs.
+    proposals
+        What to try.
+    n_jobs
+        Processes at once.
+    progress
+        Called with the fraction done.
+    """
+    tasks = [lift_task(grasp_object, each.grasp) for each in proposals]
+    costs = in_order(processes(n_jobs), script_cost, [(task, conditions) for task in tasks])
+    tried: list[TriedGrasp] = []
+    for i, (task, proposal, cost) in enumerate(zip(tasks, proposals, costs, strict=True), start=1):
+        tried.append(TriedGrasp(proposal, task, cost))
+        if progress is not None:
+            progress(i / len(tasks))
+    return tuple(tried)
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """Brief runs of a task by script: nominal, and perturbed."""
+
+    scenes: tuple[Scene, ...]
+    hand: HandModel
+
+    @classmethod
+    def of(cls, task: Task, conditions: Conditions, n_perturbed: int) -> "_Runs":
+        tried = tried_conditions(conditions, n_perturbed)
+        scenes = tuple(Scene.build(shortened(task), each) for each in tried)
+        return cls(scenes, HandModel.from_spec(build_hand(conditions.hand)))
+
+    def cost(self, offsets: DemonstratorOffsets) -> float:
+        """Return the mean cost, for which later runs are left out where it is great anyway."""
+        return mean_cost([partial(self._cost, scene, offsets) for scene in self.scenes])
+
+    def _cost(self, scene: Scene, offsets: DemonstratorOffsets) -> float:
+        conditions = scene.conditions
+        variation = USUAL if conditions.nominal else trial_variation(conditions.seed)
+        run = demonstrate_on(scene, self.hand, offsets, variation=variation, brief=True)
+        return cost_of(run, scene.task)
+
+
+def script_cost(task: Task, conditions: Conditions, n_perturbed: int = 0) -> float:
+    """Return the mean cost of brief scripted runs, nominal and perturbed."""
+    return _Runs.of(task, conditions, n_perturbed).cost(DemonstratorOffsets())
+
+
+def search_offsets(
+    task: Task, conditions: Conditions, seed: int
+) -> tuple[float, DemonstratorOffsets]:
+    """Search offsets with which a scripted grasp holds, perturbed as well.
+
+    Returns
+    -------
+    float, DemonstratorOffsets
+        The mean cost, and the offsets.
+    """
+    runs = _Runs.of(task, conditions, N_SEARCHED_WITH)
+    least, point = minimise(
+        lambda x: runs.cost(DemonstratorOffsets.of(x)),
+        DemonstratorOffsets().point,
+        generations=GENERATIONS,
+        seed=seed,
+    )
+    return least, DemonstratorOffsets.of(point)

@@ -1,0 +1,155 @@
+"""Hands as users bring them are read with their own links, from the user's folders alone."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from handsim.errors import FileError, InputError
+from handsim.robot_hands.reading.hand_file import read_hand_file
+
+from .hands import BAD, five_fingers, urdf
+
+CUBE = "\n".join(
+    [f"v {x} {y} {z}" for x in (0, 0.02) for y in (0, 0.02) for z in (0, 0.02)]
+    + ["f 1 2 4", "f 1 4 3", "f 5 7 8", "f 5 8 6", "f 1 5 6", "f 1 6 2"]
+    + ["f 3 4 8", "f 3 8 7", "f 1 3 7", "f 1 7 5", "f 2 6 8", "f 2 8 4"]
+)
+MESH = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+
+
+def written(folder: Path, text: str, name: str = "hand.urdf") -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def bodies(model: mujoco.MjModel) -> set[str]:
+    return {model.body(i).name for i in range(model.nbody)}
+
+
+def test_links_that_are_fixed_keep_their_names(tmp_path):
+    file = read_hand_file(written(tmp_path, urdf(five_fingers())))
+    model = file.spec.compile()
+    assert {"base", "index_tip", "thumb_tip", "pinky_distal"} <= bodies(model)
+    assert file.speeds["index_1"] == 2.0
+    assert model.njnt == 3 + 4 * 2
+
+
+def test_a_hand_without_actuators_gets_servos_for_what_moves_by_itself(tmp_path):
+    file = read_hand_file(written(tmp_path, urdf(five_fingers())))
+    model = file.spec.compile()
+    names = {model.actuator(i).name for i in range(model.nu)}
+    assert names == {"thumb_yaw", "thumb_1", "index_1", "middle_1", "ring_1", "pinky_1"}
+    assert any("6 position servos were added" in note for note in file.notes)
+    assert model.actuator("index_1").ctrlrange == pytest.approx([0, 1.5])
+
+
+def test_an_inertia_that_no_body_has_is_balanced_with_a_note(tmp_path):
+    file = read_hand_file(written(tmp_path, urdf(five_fingers(), inertia=BAD)))
+    assert any("A + B >= C" in note and "'base'" in note for note in file.notes)
+    a, b, c = np.sort(file.spec.compile().body("index_proximal").inertia)
+    assert a + b >= c * (1 - 1e-9)
+    negative = BAD.replace('ixx="0.0001"', 'ixx="-1"')
+    file = read_hand_file(written(tmp_path, urdf(five_fingers(), inertia=negative)))
+    assert any("not positive" in note for note in file.notes)
+    whole = read_hand_file(written(tmp_path, urdf(five_fingers())))
+    assert not any("inertia" in note for note in whole.notes)
+
+
+def test_packages_are_found_above_the_file_or_in_folders_given(tmp_path):
+    text = urdf(five_fingers(), visual=MESH.format("package://my_hand/meshes/cube.obj"))
+    for name, folders in (("my_hand", ()), ("elsewhere", (tmp_path / "share",))):
+        written(tmp_path / (name if not folders else "share/my_hand") / "meshes", CUBE, "cube.obj")
+        path = written(tmp_path / name / "urdf", text)
+        file = read_hand_file(path, folders)
+        assert not file.placeholders
+        model = file.spec.compile()
+        assert model.nmesh >= 1 and model.mesh_vertnum.max() == 8
+    alone = read_hand_file(written(tmp_path / "alone", text.replace("my_hand", "their_hand")))
+    assert any("meshes are left out" in note and "not found" in note for note in alone.notes)
+
+
+def test_missing_and_broken_meshes_are_left_out_with_a_note(tmp_path):
+    for content in (None, b"", b"no mesh", CUBE.encode()[:40]):
+        if content is not None:
+            (tmp_path / "cube.obj").write_bytes(content)
+        text = urdf(five_fingers(), visual=MESH.format("cube.obj"))
+        file = read_hand_file(written(tmp_path, text))
+        assert file.placeholders and any("left out" in note for note in file.notes)
+        assert "index_tip" in bodies(file.spec.compile())
+
+
+@pytest.mark.parametrize(
+    "reference",
+    ["../secret.obj", "{}/secret.obj", "file://{}/secret.obj", "package://../secret.obj",
+     "package://in/../../secret.obj", "link.obj", "a/../../secret.obj"],
+)  # fmt: skip
+def test_no_file_outside_the_folders_is_read(tmp_path, reference):
+    written(tmp_path, CUBE, "secret.obj").chmod(0)
+    inside = tmp_path / "in"
+    inside.mkdir()
+    (inside / "link.obj").symlink_to(tmp_path / "secret.obj")
+    text = urdf(five_fingers(), visual=MESH.format(reference.format(tmp_path)))
+    file = read_hand_file(written(inside, text))
+    assert file.placeholders, "it is not there for this hand"
+    include = f'<mujoco><include file="{reference.format(tmp_path)}"/></mujoco>'
+    with pytest.raises(FileError, match="not in its folder"):
+        read_hand_file(written(inside, include, "hand.xml"))
+
+
+def test_an_mjcf_is_read_whatever_its_suffix_with_its_parts(tmp_path):
+    part = (
+        '<mujoco><body name="a"><geom size=".01"/><body name="b" pos=".1 0 0"><joint name="j"/>'
+        '<geom type="mesh" mesh="cube"/></body></body></mujoco>'
+    )
+    whole = (
+        '<mujoco><compiler meshdir="assets"/><asset><mesh file="cube.obj"/><texture name="t" '
+        'type="2d" file="no.png"/><material name="m" texture="t"/></asset><worldbody>'
+        '<include file="part.xml"/></worldbody></mujoco>'
+    )
+    written(tmp_path, part, "part.xml")
+    written(tmp_path / "assets", CUBE, "cube.obj")
+    model = read_hand_file(written(tmp_path, whole, "hand.mjcf")).spec.compile()
+    assert {"a", "b"} <= bodies(model) and model.mesh("cube").vertnum == 8
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<robot name='a'><link name='${side}_base'/></robot>", "xacro"),
+        (
+            "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:include file='b'/></robot>",
+            "xacro",
+        ),
+        ("<robot name='a'><link name='b'/><link name='b'/></robot>", "share a name"),
+        ("<sdf/>", "its root is <sdf>"),
+        ("no xml", "no XML"),
+        ("<!DOCTYPE a [<!ENTITY b 'c'>]><robot/>", "DOCTYPE"),
+        ("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>", "nothing in it moves"),
+        ("<mujoco><worldbody><body><joint range='0 nan'/></body></worldbody></mujoco>", "finite"),
+        ("<mujoco><worldbody><replicate count='999999'/></worldbody></mujoco>", "replicate"),
+        ("<mujoco><asset><hfield file='/etc/passwd'/></asset></mujoco>", "hfield"),
+        ("<mujoco><asset><model file='/etc/passwd'/></asset></mujoco>", "only meshes"),
+        ("<mujoco><include file='hand.urdf'/></mujoco>", "more than once"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_in_one_line(tmp_path, text, said):
+    with pytest.raises(FileError, match=said) as error:
+        read_hand_file(written(tmp_path, text))
+    assert "\n" not in str(error.value)
+
+
+def test_joints_of_a_urdf_that_cannot_be_are_named(tmp_path):
+    joints = five_fingers()
+    stray = replace(joints[1], mimic=("nobody", 1.0, 0.0))
+    with pytest.raises(FileError, match="'nobody', which is no other joint"):
+        read_hand_file(written(tmp_path, urdf([joints[0], stray, *joints[2:]])))
+    lost = replace(joints[1], parent="nowhere")
+    with pytest.raises(FileError, match="'nowhere', which is none"):
+        read_hand_file(written(tmp_path, urdf([joints[0], lost, *joints[2:]])))
+    with pytest.raises(InputError, match="no such folder"):
+        read_hand_file(written(tmp_path, urdf(joints)), [tmp_path / "none"])
