@@ -9,9 +9,7 @@ import numpy as np
 from handsim.arm.arm_joints import ARM_JOINT_NAMES, CHAIN_NAMES, N_ARM
 from handsim.arm.mjcf import build_arm
 from handsim.arm.reaching_arm import ReachingArm
-from handsim.disk import naming
-from handsim.files import write_text
-from handsim.hand.export import with_position_actuators
+from handsim.hand.export import write_model
 from handsim.hand.postures import POSTURES
 from handsim.joints import JOINT_INDEX
 from handsim.types import Array, HandSize
@@ -71,9 +69,4 @@ def write_arm(size: HandSize, folder: Path) -> Path:
         of_joint |= {joint: hand[i] for joint, i in JOINT_INDEX.items()}
         qpos = [of_joint[joint.name] for joint in spec.joints]
         spec.add_key(name=name, qpos=qpos, ctrl=[*chain[:N_ARM], *hand])
-    spec.compile()
-    path = Path(folder) / f"{size.side}_arm.xml"
-    with naming(Path(folder), "made"):
-        path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, with_position_actuators(spec.to_xml()))
-    return path
+    return write_model(spec, Path(folder) / f"{size.side}_arm.xml")

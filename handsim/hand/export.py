@@ -46,15 +46,25 @@ def write_hand(size: HandSize, folder: Path) -> Path:
     """
     spec = build_hand(size)
     add_keyframes(spec, {**POSTURES, **eigengrasp_postures(HandModel.from_spec(spec).penetration)})
+    return write_model(spec, Path(folder) / f"{size.side}_hand.xml")
+
+
+def write_model(spec: mujoco.MjSpec, path: Path) -> Path:
+    """Compile a model and write it as a file that plain MuJoCo loads; return the file.
+
+    Raises
+    ------
+    FileError
+        If its folder cannot be made, or the file not written.
+    """
     spec.compile()
-    path = Path(folder) / f"{size.side}_hand.xml"
-    with naming(Path(folder), "made"):
+    with naming(path.parent, "made"):
         path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, with_position_actuators(spec.to_xml()))
+    write_text(path, _with_position_actuators(spec.to_xml()))
     return path
 
 
-def with_position_actuators(xml: str) -> str:
+def _with_position_actuators(xml: str) -> str:
     """Write actuators as MuJoCo's shortcut: easier to read, and understood by older versions."""
     general = re.compile(
         r'<general (.*?)(?: input="pos")? biastype="affine"'

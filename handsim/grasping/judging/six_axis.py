@@ -21,7 +21,7 @@ import numpy as np
 
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import MAX_SPEED
-from handsim.grasping.silence import silent
+from handsim.silence import silent
 from handsim.tasks.grip_rules import Reason
 from handsim.types import Array
 

@@ -76,7 +76,10 @@ def _retreat(task: Task, palm: Pose) -> Array:
 
 
 def demonstrate(
-    task: Task, conditions: Conditions, variation: TrialVariation | None = None
+    task: Task,
+    conditions: Conditions,
+    variation: TrialVariation | None = None,
+    offsets: DemonstratorOffsets | None = None,
 ) -> Rollout:
     """Grasp by script.
 
@@ -89,11 +92,13 @@ def demonstrate(
     variation
         Rest posture and timing; by default the usual ones in a nominal run, and in a perturbed
         one those of its seed.
+    offsets
+        As in `scripted_plan`.
     """
     if variation is None:
         variation = USUAL if conditions.nominal else trial_variation(conditions.seed)
     hand = HandModel.from_spec(build_hand(conditions.hand))
-    return demonstrate_on(Scene.build(task, conditions), hand, variation=variation)
+    return demonstrate_on(Scene.build(task, conditions), hand, offsets, variation=variation)
 
 
 def demonstrate_on(

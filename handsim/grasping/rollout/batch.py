@@ -22,8 +22,8 @@ from handsim.grasping.rollout.drivers import Driver, learned_driver
 from handsim.grasping.rollout.jobs import Job, command_key
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import run_jobs
-from handsim.grasping.silence import silent
 from handsim.learning.controller import GraspController
+from handsim.silence import silent
 from handsim.tasks.task import Task
 
 

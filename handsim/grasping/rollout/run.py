@@ -27,8 +27,8 @@ from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.jobs import COMMANDS, Job, commands_of, groups_of
 from handsim.grasping.rollout.record import Rollout, record_of
 from handsim.grasping.rollout.sensing import Touch
-from handsim.grasping.silence import silent
 from handsim.joints import CONTACT_PARTS
+from handsim.silence import silent
 from handsim.types import Array, Mask
 
 MAX_SPEED = 500.0

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 import mujoco
 import numpy as np
 
+from handsim.silence import silent
+
 SERVO_STIFFNESS = 3.0
 """Of the servos added [N m/rad], as those of the own hand's fingers (1.5 to 6)."""
 SLIDE_STIFFNESS = 300.0
@@ -23,14 +25,9 @@ _JOINT = mujoco.mjtEq.mjEQ_JOINT
 @contextmanager
 def unheard_warnings() -> Generator[None]:
     """Keep MuJoCo's warnings about a user's file from the terminal and from a log file."""
-    kept = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: None)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        mujoco.set_mju_user_warning(kept)
+    with silent(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def quiet_compile(spec: mujoco.MjSpec) -> mujoco.MjModel:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.planning.demonstrator import demonstrate_on
+from handsim.grasping.planning.demonstrator import demonstrate, demonstrate_on
 from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets
 from handsim.grasping.planning.search import (
     cost_of,
@@ -58,10 +58,7 @@ class ScriptedGrasper:
 
     def __call__(self, task: Task, conditions: Conditions) -> Rollout:
         """Grasp; perturbed runs vary in posture and timing, as `demonstrate` varies them."""
-        variation = USUAL if conditions.nominal else trial_variation(conditions.seed)
-        hand = HandModel.from_spec(build_hand(conditions.hand))
-        scene = Scene.build(task, conditions)
-        return demonstrate_on(scene, hand, self.offsets, variation=variation)
+        return demonstrate(task, conditions, offsets=self.offsets)
 
 
 def try_by_script(

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from handsim.grasping.silence import silent
+from handsim.silence import silent
 
 BALL = "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
 

@@ -1,8 +1,8 @@
-"""Keep MuJoCo's warnings from the terminal and from a log file while runs are under way.
+"""Keep MuJoCo's warnings from the terminal and from a log file for a while.
 
-MuJoCo has one handler of warnings for the whole process, which every thread shares. So runs are
-counted: the first puts a handler that hears nothing in its place, the last one puts the user's own
-back, in whatever order they end.
+MuJoCo has one handler of warnings for the whole process, which every thread shares. So those
+inside are counted: the first puts a handler that hears nothing in its place, the last one puts the
+user's own back, in whatever order they leave.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
