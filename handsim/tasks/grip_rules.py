@@ -4,12 +4,13 @@ A hand that knocks, leans, crushes or merely touches can move things, too. These
 a hand that holds. Their limits were written down before any grasp was tuned to them.
 """
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
 from handsim.joints import CONTACT_PARTS, FINGERS
-from handsim.tasks.task import PassRule
+from handsim.tasks.task import Task
 from handsim.tasks.traces import GraspTraces
 from handsim.types import Array, Mask
 
@@ -42,21 +43,36 @@ _THUMB = CONTACT_PARTS.index("thumb")
 _OF_FINGERS = [CONTACT_PARTS.index(finger) for finger in FINGERS]
 
 
-def opposed(traces: GraspTraces) -> Mask:
+def working(task: Task) -> list[int]:
+    """Return the columns of `CONTACT_PARTS` of fingers that press what moves and do not hold.
+
+    Who clicks a mouse holds it with thumb, ring and little finger; what the index presses then is
+    the click, and is no side of the grip.
+    """
+    pressing = {finger for each in task.rule.pressed for finger in each.fingers}
+    return [
+        CONTACT_PARTS.index(finger)
+        for finger in FINGERS
+        if finger in pressing - {"thumb", *task.grasp.fingers}
+    ]
+
+
+def opposed(traces: GraspTraces, aside: Sequence[int] = ()) -> Mask:
     """Return whether thumb and the rest of the hand press against each other, (n,).
 
-    Both press with `LEAST_PRESS` or more, at 120 deg or more to each other.
+    Both press with `LEAST_PRESS` or more, at 120 deg or more to each other. Parts of the columns
+    ``aside`` do not count (`working`).
     """
     thumb = traces.press[:, _THUMB]
-    rest = traces.press.sum(axis=1) - thumb
+    rest = traces.press.sum(axis=1) - thumb - traces.press[:, list(aside)].sum(axis=1)
     size, other = np.linalg.norm(thumb, axis=1), np.linalg.norm(rest, axis=1)
     along = (thumb * rest).sum(axis=1)
     return (np.minimum(size, other) >= LEAST_PRESS) & (along <= OPPOSED_COSINE * size * other)
 
 
-def opposed_share(traces: GraspTraces) -> float:
+def opposed_share(traces: GraspTraces, aside: Sequence[int] = ()) -> float:
     """Return the lesser of the shares of action and of hold in which the hand is opposed."""
-    held, start, hold = opposed(traces), traces.first_acting, traces.first_holding
+    held, start, hold = opposed(traces, aside), traces.first_acting, traces.first_holding
     parts = [part for part in (held[start:hold], held[hold:]) if len(part)]
     return min((float(part.mean()) for part in parts), default=0.0)
 
@@ -84,12 +100,13 @@ def held_forces(traces: GraspTraces) -> Array:
     return held.mean(axis=0) if len(held) else np.zeros(len(CONTACT_PARTS))
 
 
-def broken(traces: GraspTraces, rule: PassRule) -> tuple[Reason, str] | None:
+def broken(traces: GraspTraces, task: Task) -> tuple[Reason, str] | None:
     """Return the first of these rules that a run breaks, as reason and sentence, or None."""
+    rule = task.rule
     way, turned = pushed(traces)
     table, finger = table_force(traces), finger_force(traces)
     margin = float(held_forces(traces).max()) / traces.need
-    overlap, share = float(traces.penetration.max()), opposed_share(traces)
+    overlap, share = float(traces.penetration.max()), opposed_share(traces, working(task))
     checks: tuple[tuple[bool, Reason, str], ...] = (
         (
             overlap > MAX_PENETRATION,

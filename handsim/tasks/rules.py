@@ -29,6 +29,7 @@ from handsim.tasks.grip_rules import (
     opposed_share,
     pushed,
     table_force,
+    working,
 )
 from handsim.tasks.task import PassRule, Task
 from handsim.tasks.traces import AVERAGED, GraspTraces
@@ -114,18 +115,19 @@ def judge(traces: GraspTraces, task: Task) -> Outcome:
         step = len(traces.time) - 1
         detail = f"the simulation diverged at {traces.unstable_at:.3f} s (step {step})"
         return Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0, detail=detail)
-    measured = _measured(traces, rule)
+    measured = _measured(traces, task)
     reason, detail = _grip_reason(traces, rule, measured)
     done, action_reason, action_detail = _action(traces, task)
     if reason is None:
         reason, detail = action_reason, action_detail
     if reason is None:
-        reason, detail = broken(traces, rule) or (None, "")
+        reason, detail = broken(traces, task) or (None, "")
     return Outcome(success=reason is None, reason=reason, detail=detail, done=done, **measured)
 
 
-def _measured(traces: GraspTraces, rule: PassRule) -> dict[str, Any]:
+def _measured(traces: GraspTraces, task: Task) -> dict[str, Any]:
     """Measure all that an outcome says beside the verdict."""
+    rule = task.rule
     slip, tilt = _slip(traces, rule), np.rad2deg(_tilt(traces, rule))
     acting = np.arange(len(traces.time)) >= traces.first_acting
     height = traces.object_pos[:, 2] - traces.object_pos[0, 2]
@@ -147,7 +149,7 @@ def _measured(traces: GraspTraces, rule: PassRule) -> dict[str, Any]:
         "need_n": traces.need,
         "margin": float(forces.max()) / traces.need,
         "table_force_n": table_force(traces),
-        "opposed": opposed_share(traces),
+        "opposed": opposed_share(traces, working(task)),
         "strain": traces.strain,
     }
 

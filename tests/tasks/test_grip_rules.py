@@ -29,6 +29,7 @@ from handsim.tasks.grip_rules import (
     opposed_share,
     pushed,
     table_force,
+    working,
 )
 from handsim.tasks.rules import GraspTraces, judge
 from handsim.tasks.table_one import TASKS, task_by_name
@@ -41,12 +42,12 @@ N = 520
 
 
 def reason(traces: GraspTraces, rule: PassRule = CARRY) -> str | None:
-    found = broken(traces, rule)
+    found = broken(traces, replace(MOVE, rule=rule))
     return found and found[0]
 
 
 def test_a_pinch_that_pushes_and_leans_on_nothing_breaks_no_rule():
-    assert broken(carried(), CARRY) is None
+    assert broken(carried(), MOVE) is None
     assert judge(carried(), MOVE).success
 
 
@@ -68,7 +69,7 @@ def test_hand_and_object_or_table_overlap_by_two_millimetres_at_most(row):
     deep = replace(traces, penetration=at(row, np.nextafter(0.002, 1)))
     assert reason(deep) == "penetrated"
     assert judge(deep, MOVE).reason == "penetrated"
-    assert "2.5 mm, more than 2" in broken(replace(traces, penetration=at(row, 0.0025)), CARRY)[1]
+    assert "2.5 mm, more than 2" in broken(replace(traces, penetration=at(row, 0.0025)), MOVE)[1]
 
 
 def displaced(distance: float, rows: slice) -> GraspTraces:
@@ -164,7 +165,7 @@ def test_what_is_lifted_is_held_with_four_times_the_need_at_most(part):
     assert reason(held_with(7.999)) is None
     assert reason(held_with(8.001)) == "crushed"
     assert reason(held_with(8.001), JOINT) is None  # nothing is lifted
-    assert "4.5 times the 2.0 N needed" in broken(held_with(9.0), CARRY)[1]
+    assert "4.5 times the 2.0 N needed" in broken(held_with(9.0), MOVE)[1]
 
 
 def test_forces_before_the_hold_are_no_margin():
@@ -205,6 +206,29 @@ def test_fingers_that_press_against_each_other_do_not_oppose_the_thumb():
     press[:, INDEX, 1], press[:, INDEX + 1, 1], press[:, INDEX + 2] = 3.0, -3.0, 0.0
     press[:, THUMB] = 0.0
     assert not opposed(pressing(carried(), press)).any()
+
+
+def test_a_finger_that_clicks_is_no_side_of_the_grip():
+    """Thumb and ring finger hold the mouse, and what the index presses is the click."""
+    press = np.zeros((N, 6, 3))
+    press[:, THUMB], press[:, INDEX + 2] = [1.2, 0.0, 0.0], [-1.2, 0.0, 0.0]
+    press[:, INDEX] = [1.0, -4.0, -4.0]
+    clicking = pressing(hinged(0.0, 3.0), press)
+    assert working(CLICK) == [INDEX]
+    assert working(task_by_name("mouse-right-click")) == [INDEX + 1]
+    assert not opposed(clicking).any()
+    assert opposed(clicking, working(CLICK)).all()
+    assert judge(clicking, CLICK).opposed == 1.0
+    press[:, INDEX + 2] = 0.0
+    assert judge(pressing(hinged(0.0, 3.0), press), CLICK).reason == "not opposed"
+
+
+def test_fingers_that_hold_what_they_work_do_count():
+    """Scissors are held by their loops."""
+    assert [task.name for task in TASKS if working(task)] == [
+        "mouse-left-click",
+        "mouse-right-click",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -110,4 +110,5 @@ def _edges(contacts: Contacts, centre: Array) -> Array:
     torque = (
         np.cross(np.broadcast_to(lever, force.shape), force) + about[..., None] * normals[:, None]
     )
-    return np.concatenate([force, torque], axis=-1).reshape(-1, 6).T
+    wrenches = np.concatenate([force, torque], axis=-1).astype(float)
+    return wrenches.reshape(-1, 6).T
