@@ -117,6 +117,8 @@ class Perturbation:
         Relative change of the object's mass, each way.
     shake
         Amplitude of the base's acceleration during the hold [m/s^2].
+    bias
+        How far each sensor of the glove is off [rad].
     """
 
     position: float = 0.003
@@ -124,6 +126,7 @@ class Perturbation:
     friction: tuple[float, float] = (0.5, 0.8)
     mass: float = 0.2
     shake: float = 2.0
+    bias: float = 0.0
 
 
 Hard = Literal["pose", "friction", "mass", "shake", "bias", "latency"]
@@ -163,4 +166,5 @@ def perturb(conditions: Conditions, seed: int, ranges: Perturbation | None = Non
         mass_scale=float(1 + generator.uniform(-ranges.mass, ranges.mass)),
         object_offset=(float(x), float(y), float(yaw)),
         shake=ranges.shake,
+        bias=ranges.bias,
     )

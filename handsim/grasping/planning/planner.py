@@ -21,9 +21,9 @@ from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips
 from handsim.grasping.planning.search import (
     WORST,
     cost_of,
-    mean_cost,
     minimise,
     out_of_reach,
+    robust_cost,
     shortened,
     tried_conditions,
 )
@@ -48,7 +48,7 @@ N_PERTURBED = 2
 """Perturbed runs of every plan whose nominal run holds."""
 N_CONFIRMED = 6
 """Further perturbed runs, by which plans of several searches are compared."""
-ENOUGH = 0.9
+ENOUGH = 0.8
 """Share of runs, the nominal one counted, that a plan has to hold for the search to end."""
 N_FITS = 3
 """Fits for each of `LEVERS` that are run in physics."""
@@ -69,7 +69,7 @@ EDGE = 0.08
 
 It is about the layer in which beta falls to zero."""
 NOMINAL_FAILS = 1 + WORST
-"""Least mean cost of a plan whose nominal run fails (`search.mean_cost`)."""
+"""Least mean cost of a plan whose nominal run fails (`search.robust_cost`)."""
 NO_WAY = 10.0
 """Cost of a destination that the navigation function cannot lead to."""
 STEPS = {
@@ -260,7 +260,7 @@ class _Search:
 
     def cost(self, plan: GraspPlan) -> float:
         """Run a plan, nominal and perturbed, and return its mean cost."""
-        return mean_cost([partial(self._cost_on, scene, plan) for scene in self.scenes])
+        return robust_cost([partial(self._cost_on, scene, plan) for scene in self.scenes])
 
     def _cost_on(self, scene: Scene, plan: GraspPlan) -> float:
         try:

@@ -10,9 +10,9 @@ from handsim.grasping.planning.search import (
     BROKEN,
     WORST,
     cost_of,
-    mean_cost,
     minimise,
     out_of_reach,
+    robust_cost,
     shortened,
     tried_conditions,
 )
@@ -33,19 +33,19 @@ def counted(values):
 
 def test_the_mean_of_all_tries_counts_when_the_nominal_one_holds():
     made, tries = counted([-0.5, -0.3, 2.0])
-    assert mean_cost(tries) == pytest.approx(0.4)
+    assert robust_cost(tries) == pytest.approx(0.4)
     assert len(made) == 3
 
 
 def test_nothing_more_is_tried_where_the_nominal_try_fails():
     made, tries = counted([1.5, -0.3, -0.3])
-    assert mean_cost(tries) == pytest.approx(1.5 + WORST)
+    assert robust_cost(tries) == pytest.approx(1.5 + WORST)
     assert made == [1.5]
 
 
 def test_after_three_failures_the_rest_is_taken_to_fail():
     made, tries = counted([-0.5, 2.0, 3.0, 4.0, -0.5, -0.5])
-    assert mean_cost(tries) == pytest.approx((-0.5 + 2 + 3 + 4 + 3 + 3) / 6)
+    assert robust_cost(tries) == pytest.approx((-0.5 + 2 + 3 + 4 + 3 + 3) / 6)
     assert len(made) == 4
 
 
@@ -219,21 +219,21 @@ def test_a_search_tries_as_it_is_and_perturbed():
 
 def test_a_nominal_failure_is_worse_than_failures_of_all_perturbed_tries():
     _, tries = counted([-0.1, 5.0, 5.0, 5.0, 5.0])
-    assert mean_cost(tries) < 1.0 + WORST
+    assert robust_cost(tries) < 1.0 + WORST
 
 
 def test_a_cost_of_one_is_a_failure():
     made, tries = counted([1.0, -0.5])
-    assert mean_cost(tries) == 1.0 + WORST
+    assert robust_cost(tries) == 1.0 + WORST
     assert made == [1.0]
     made, tries = counted([-0.5, 1.0, 1.0, 1.0, -0.5])
-    assert mean_cost(tries) == pytest.approx(3.5 / 5)
+    assert robust_cost(tries) == pytest.approx(3.5 / 5)
     assert len(made) == 4
 
 
 def test_two_failures_end_nothing():
     made, tries = counted([-0.5, 2.0, -0.5, 3.0, -0.5])
-    assert mean_cost(tries) == pytest.approx(3.5 / 5)
+    assert robust_cost(tries) == pytest.approx(3.5 / 5)
     assert len(made) == 5
 
 

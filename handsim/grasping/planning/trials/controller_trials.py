@@ -12,7 +12,7 @@ from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets
 from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips, pad_targets
 from handsim.grasping.planning.planner import ARRIVALS, EDGE, LEVERS, NO_WAY, run_plan
-from handsim.grasping.planning.search import cost_of, mean_cost, shortened, tried_conditions
+from handsim.grasping.planning.search import cost_of, robust_cost, shortened, tried_conditions
 from handsim.grasping.planning.trials.scripted_trials import N_PERTURBED
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
@@ -80,7 +80,7 @@ def plan_cost(
     quick = shortened(task)
     tried = tried_conditions(conditions, N_PERTURBED)
     scenes = [Scene.build(quick, each) for each in tried]
-    return mean_cost([partial(_cost_on, controller, scene, plan) for scene in scenes])
+    return robust_cost([partial(_cost_on, controller, scene, plan) for scene in scenes])
 
 
 def _cost_on(controller: GraspController, scene: Scene, plan: GraspPlan) -> float:

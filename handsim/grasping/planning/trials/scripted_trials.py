@@ -5,12 +5,17 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.planning.demonstrator import demonstrate, demonstrate_on
+from handsim.grasping.planning.demonstrator import (
+    demonstrate,
+    demonstrate_on,
+    scripted_plan,
+)
 from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets
 from handsim.grasping.planning.search import (
     cost_of,
-    mean_cost,
     minimise,
+    out_of_reach,
+    robust_cost,
     shortened,
     tried_conditions,
 )
@@ -108,10 +113,14 @@ class _Runs:
 
     def cost(self, offsets: DemonstratorOffsets) -> float:
         """Return the mean cost, for which later runs are left out where it is great anyway."""
-        return mean_cost([partial(self._cost, scene, offsets) for scene in self.scenes])
+        return robust_cost([partial(self._cost, scene, offsets) for scene in self.scenes])
 
     def _cost(self, scene: Scene, offsets: DemonstratorOffsets) -> float:
         conditions = scene.conditions
+        plan, _ = scripted_plan(scene.task, self.hand, offsets, conditions.hand.side)
+        far = out_of_reach(scene, plan)
+        if far is not None:
+            return far
         variation = USUAL if conditions.nominal else trial_variation(conditions.seed)
         run = demonstrate_on(scene, self.hand, offsets, variation=variation, brief=True)
         return cost_of(run, scene.task)
@@ -123,20 +132,41 @@ def script_cost(task: Task, conditions: Conditions, n_perturbed: int = 0) -> flo
 
 
 def search_offsets(
-    task: Task, conditions: Conditions, seed: int
+    task: Task,
+    conditions: Conditions,
+    seed: int,
+    start: DemonstratorOffsets | None = None,
+    *,
+    generations: int = GENERATIONS,
+    n_perturbed: int = N_SEARCHED_WITH,
 ) -> tuple[float, DemonstratorOffsets]:
     """Search offsets with which a scripted grasp holds, perturbed as well.
+
+    Parameters
+    ----------
+    task
+        For the right hand.
+    conditions
+        Nominal conditions.
+    seed
+        Of the search.
+    start
+        Where the search begins; by default nothing is changed.
+    generations
+        Of 8 offsets each; it ends sooner when all runs hold with room to spare.
+    n_perturbed
+        Perturbed runs of all offsets whose nominal run holds.
 
     Returns
     -------
     float, DemonstratorOffsets
-        The mean cost, and the offsets.
+        The least cost (`robust_cost`) and its offsets.
     """
-    runs = _Runs.of(task, conditions, N_SEARCHED_WITH)
+    runs = _Runs.of(task, conditions, n_perturbed)
     least, point = minimise(
         lambda x: runs.cost(DemonstratorOffsets.of(x)),
-        DemonstratorOffsets().point,
-        generations=GENERATIONS,
+        (start or DemonstratorOffsets()).point,
+        generations=generations,
         seed=seed,
     )
     return least, DemonstratorOffsets.of(point)
