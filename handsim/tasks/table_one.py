@@ -64,11 +64,12 @@ def _across(
 
 def _click(button: str, finger: Finger) -> tuple[tuple[Step, ...], PassRule]:
     press = Step(0.3, flex=(finger,), angle_deg=12.0)
+    release = Step(0.3, flex=(finger,), angle_deg=-12.0)
     rule = PassRule(
         "joint", lift=0.0, hold=_BRIEF, slip=0.01, tilt_deg=10.0, joint=button, angle_deg=1.0,
         pressed=(Pressed((finger,), button),), table_force=_RESTS,
     )  # fmt: skip
-    return (press,), rule
+    return (press, release), rule
 
 
 # The back of the hand slopes 15 deg down to the fingers, as the mouse does.
@@ -140,7 +141,7 @@ TASKS: tuple[Task, ...] = (
          yaw_deg=120.0),
     Task(11, "cup-side-rotate", "cup", _CUP_SIDE, "rotate", (_LIFT, _SPIN), _SPUN,
          yaw_deg=120.0),
-    _placed(Task(12, "hammer-use", "hammer", _across(0.050, 0.0115, 0.0219, fingers=_ALL), "use",
+    _placed(Task(12, "hammer-use", "hammer", _across(0.075, 0.0115, 0.0219, fingers=_ALL), "use",
                  (_LIFT, Step(0.8, axis=(1.0, 0.0, 0.0), angle_deg=40.0),
                   Step(0.5, axis=(1.0, 0.0, 0.0), angle_deg=-40.0)),
                  PassRule("turn", angle_deg=25.0), yaw_deg=90.0),
@@ -174,7 +175,7 @@ TASKS: tuple[Task, ...] = (
                  (_LIFT, Step(1.0, axis=(0.0, -1.0, 0.0), angle_deg=45.0)),
                  PassRule("turn", angle_deg=30.0), yaw_deg=90.0),
             28.0),
-    _placed(Task(22, "scissors-move", "scissors", _across(-0.070, 0.007, 0.0858), "move",
+    _placed(Task(22, "scissors-move", "scissors", _across(-0.004, 0.006, 0.0205, fingers=_TWO), "move",
                  (_LIFT, _MOVE), _CARRY, yaw_deg=90.0),
             15.0),
     _placed(Task(23, "scissors-use", "scissors",
