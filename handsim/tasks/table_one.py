@@ -175,7 +175,7 @@ TASKS: tuple[Task, ...] = (
                  (_LIFT, Step(1.0, axis=(0.0, -1.0, 0.0), angle_deg=45.0)),
                  PassRule("turn", angle_deg=30.0), yaw_deg=90.0),
             28.0),
-    _placed(Task(22, "scissors-move", "scissors", _across(-0.004, 0.006, 0.0205, fingers=_TWO), "move",
+    _placed(Task(22, "scissors-move", "scissors", _across(-0.004, 0.006, 0.0205, "tripod", _TWO), "move",
                  (_LIFT, _MOVE), _CARRY, yaw_deg=90.0),
             15.0),
     _placed(Task(23, "scissors-use", "scissors",
