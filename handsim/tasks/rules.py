@@ -264,7 +264,11 @@ def _hinge(traces: GraspTraces, rule: PassRule, start: int) -> tuple[float, Reas
     for pressed, force in zip(rule.pressed, traces.pressed[passed].tolist(), strict=True):
         if force < LEAST_PRESS:
             fingers = " or ".join(pressed.fingers)
-            return force / LEAST_PRESS, "astray", f"{rule.joint} moved, but no {fingers} pressed {pressed.body}"
+            return (
+                force / LEAST_PRESS,
+                "astray",
+                f"{rule.joint} moved, but no {fingers} pressed {pressed.body}",
+            )
     return 1.0, None, ""
 
 

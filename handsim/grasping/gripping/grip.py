@@ -49,7 +49,9 @@ _OF_FINGER = np.array(
 )
 _FIXED = _OF_FINGER < 0
 _COLUMNS = np.where(_FIXED, 0, _OF_FINGER)
-_BELONGS = np.stack([i == _OF_FINGER for i in range(len(FINGERS))])
+_BY_FINGER = np.argsort(_OF_FINGER, kind="stable")[np.sort(_OF_FINGER) >= 0]
+_STARTS = np.searchsorted(_OF_FINGER[_BY_FINGER], np.arange(len(FINGERS)))
+"""The joints of fingers, finger by finger, and where each finger's begin."""
 
 
 def shares_of(fingers: Sequence[Finger]) -> Array:
@@ -91,6 +93,12 @@ class GripLayer:
         n = len(self.grip)
         self.force, self.press = np.zeros((n, len(FINGERS))), np.zeros((n, len(FINGERS)))
         self.touched, self.at = np.zeros((n, len(FINGERS)), dtype=bool), np.zeros((n, len(JOINTS)))
+        # What stays the same from one reading to the next is kept, since all this is done in a
+        # hundredth of a second a hundred times a second.
+        self._any_touched = False
+        self._holds = np.zeros((n, len(JOINTS)), dtype=bool)
+        self._used, self._light = self.shares > 0.0, np.minimum(LIGHT, self.grip)
+        self._more, self._loose = self.grip - self._light, np.ones(n)
 
     def command(
         self,
@@ -124,34 +132,34 @@ class GripLayer:
             Whether the task's action has begun.
         """
         self.force += SMOOTHING * (forces - self.force)
-        new = ~self.touched & (forces > TOUCH)
-        if new.any():
+        new = (forces > TOUCH) > self.touched
+        if True in new:  # faster than new.any()
             self.at = np.where(new[:, _COLUMNS] & ~_FIXED, q, self.at)
             self.touched |= new
+            self._holds = self.touched[:, _COLUMNS] & ~_FIXED
+            self._any_touched = True
         if closed >= 1.0:  # fingers that have met nothing yet go on
             self.sought = min(self.sought + SEEKING * dt, SOUGHT)
         free = told + (closed + self.sought) * self.closing
-        if not self.touched.any():
+        if not self._any_touched:
             return free
         self._settle(slip, closed, dt, acting)
         way = told + self.closing - self.at
-        longest = (np.abs(way)[:, None, :] * _BELONGS).max(axis=2)
+        longest = np.maximum.reduceat(np.abs(way)[:, _BY_FINGER], _STARTS, axis=1)
         scale = (self.press / np.maximum(longest, SHORT))[:, _COLUMNS]
-        holds = self.touched[:, _COLUMNS] & ~_FIXED
-        return np.where(holds, self.at + scale * way, free)
+        return np.where(self._holds, self.at + scale * way, free)
 
     def _settle(self, slip: Array | None, closed: float, dt: float, acting: bool) -> None:
         """Press more where there is too little force, less where there is too much."""
-        light = np.minimum(LIGHT, self.grip)
-        level = light + min(1.5 * closed, 1.0) * (self.grip - light)
-        change = dt / (SETTLING * _PER_RADIAN)
-        tighter = np.ones(len(level))
+        level = self._light + min(1.5 * closed, 1.0) * self._more
+        tighter = self._loose
         if slip is not None:
             tighter = np.minimum(np.maximum(1.0 + (slip - SLIP) / SLIP_DOUBLES, 1.0), MOST)
             level = level * tighter
-        idle = np.minimum(IDLE, level)[:, None]
-        wanted = np.where(self.shares > 0.0, level[:, None] * self.shares, idle)
-        step = change * (wanted - self.force)
+        wanted = np.where(
+            self._used, level[:, None] * self.shares, np.minimum(IDLE, level)[:, None]
+        )
+        step = (dt / (SETTLING * _PER_RADIAN)) * (wanted - self.force)
         if acting:
             # The thumb supports what the fingers press: two that both correct would push the
             # object to and fro. What the action flexes presses as far as it says.

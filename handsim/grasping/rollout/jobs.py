@@ -148,6 +148,9 @@ class Group:
         self._reference = self.driver.start(len(self.qpos))
         self._measured: deque[tuple[Array, Array]] = deque(maxlen=self.delay + 1)
         self._told: Array = np.empty(0)
+        # Numbers are faster than arrays of one.
+        self._closed: list[float] = self.commands.closed.tolist()
+        self._any_lost = [any(row) for row in self.commands.lost.tolist()]
         if self.reach is not None:
             self.ctrl[:, :, self.reach.ctrl] = self.reach.arm
             self.mocap_pos[:] = self.commands.palm_pos
@@ -162,11 +165,13 @@ class Group:
         readings, forces = self._measured[0]
         told = self._tell(tick, readings)
         acting = tick >= commands.action
-        apart = self.sensors.apart(self.sensordata)
-        if tick == commands.action:
-            self._apart = apart
-        slip = np.abs(apart - self._apart) if acting and commands.lifted else None
-        closed = float(commands.closed[tick])
+        slip = None
+        if acting and commands.lifted:
+            apart = self.sensors.apart(self.sensordata)
+            if tick == commands.action:
+                self._apart = apart
+            slip = np.abs(apart - self._apart)
+        closed = self._closed[tick]
         q = self.grip.command(told, readings, forces, slip, closed, 1.0 / RATE, acting=acting)
         q = np.minimum(np.maximum(q + commands.flexion[tick], LOWER), UPPER)
         if self.reach is not None:
@@ -180,9 +185,8 @@ class Group:
         if self.reach is not None and tick:
             # The arm says what the wrist does, not the driver: it is not to be answered.
             readings[:, WRIST_COLUMNS] = self._told[:, WRIST_COLUMNS]
-        lost = commands.lost[tick]
-        if self._measured and lost.any():
-            readings = np.where(lost[:, None], self._measured[-1][0], readings)
+        if self._any_lost[tick] and self._measured:
+            readings = np.where(commands.lost[tick][:, None], self._measured[-1][0], readings)
         return readings, self.sensors.finger_forces(self.sensordata)
 
     def _tell(self, tick: int, readings: Array) -> Array:

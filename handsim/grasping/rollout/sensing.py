@@ -151,6 +151,15 @@ class Sensors:
         self._parts = [_part(body) for body in names[n:table]]
         self._fingers = [self._parts.index(CONTACT_PARTS.index(finger)) for finger in FINGERS]
         self._slots = slice(self.n_poses, int(starts[table] - starts[0]))
+        self._finger_pushes = np.array(
+            [
+                [
+                    self._slots.start + (sensor * SLOTS + slot) * _WIDTH + _PUSH
+                    for slot in range(SLOTS)
+                ]
+                for sensor in self._fingers
+            ]
+        )
         self._table_force, self._table_overlap = self._slots.stop + 2, self._slots.stop + 3
         numbers = [name.split("_")[1] for name in names[table + 2 :]]
         self._pressed = [
@@ -199,8 +208,7 @@ class Sensors:
 
     def finger_forces(self, values: Array) -> Array:
         """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
-        pushes = values[:, self._slots].reshape(len(values), -1, SLOTS, _WIDTH)
-        return pushes[..., _PUSH][:, self._fingers].sum(axis=2)
+        return values[:, self._finger_pushes].sum(axis=2)
 
     def apart(self, values: Array) -> Array:
         """Return the distances of the object's centre of mass from the palm (n,) [m]."""
