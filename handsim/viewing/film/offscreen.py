@@ -15,6 +15,8 @@ import numpy as np
 
 from handsim.errors import InputError, UnknownNameError
 from handsim.types import Array, Frame
+from handsim.viewing.film.chair import direction_deg, eyes_of
+from handsim.viewing.film.furniture import draw_furniture, furniture_of
 from handsim.viewing.opengl.backend import (
     GLContext,
     choose_backend,
@@ -24,9 +26,9 @@ from handsim.viewing.opengl.backend import (
     is_software,
 )
 
-CAMERAS: tuple[str, ...] = ("view", "front", "side", "palm", "top", "orbit", "follow")
+CAMERAS: tuple[str, ...] = ("view", "front", "side", "palm", "top", "chair", "orbit", "follow")
 """Names of the cameras. All but the moving ones are the model's own where it has them."""
-_MOVING = ("orbit", "follow")
+_MOVING = ("chair", "orbit", "follow")
 _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored where the thumb is
     # on the other side), elevation
     "view": (-140.0, -15.0),
@@ -34,6 +36,7 @@ _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored 
     "side": (-90.0, -10.0),
     "palm": (180.0, 0.0),
     "top": (180.0, -89.0),
+    "chair": (0.0, -35.0),  # of a hand with nothing to sit at
     "orbit": (-140.0, -15.0),
     "follow": (-140.0, -20.0),
 }
@@ -129,8 +132,9 @@ class Camera:
             return
         self.view.type = mujoco.mjtCamera.mjCAMERA_FREE
         azimuth, self.view.elevation = _VIEWS[name]
-        self.view.azimuth = azimuth * _thumb_side(model, data)
-        centre, self.view.distance = _framing(model, data, follow=name == "follow")
+        self._thumb_side = _thumb_side(model, data)
+        self.view.azimuth = azimuth * self._thumb_side
+        centre, self.view.distance = _framing(model, data, follow=name in ("chair", "follow"))
         self.view.lookat[:] = centre
         self._start_azimuth = self.view.azimuth
         self._last_time: float | None = None
@@ -139,6 +143,10 @@ class Camera:
         """Turn or move the camera to where it is at ``time`` [s]."""
         if self.name == "orbit":
             self.view.azimuth = self._start_azimuth + 360.0 * time / ORBIT_PERIOD_S
+        elif self.name == "chair" and _body(model, "object") >= 0:
+            self.view.lookat[:] = _grasp_centre(model, data)
+            eyes = eyes_of(model, data, self._thumb_side)
+            self.view.azimuth, self.view.elevation = direction_deg(eyes, self.view.lookat)
         elif self.name == "follow":
             elapsed = 0.0 if self._last_time is None else max(0.0, time - self._last_time)
             self._last_time = time
@@ -154,6 +162,12 @@ def _hand_centre(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Knuckle of the middle finger; the centre of the model where there is no hand."""
     knuckle = _body(model, "middle_proximal")
     return data.xpos[knuckle].copy() if knuckle >= 0 else model.stat.center.copy()
+
+
+def _grasp_centre(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Middle of knuckle and ends of middle finger and thumb: what is grasped is between them."""
+    parts = [_body(model, name) for name in ("middle_proximal", "middle_distal", "thumb_distal")]
+    return data.xpos[parts].mean(axis=0) if min(parts) >= 0 else _hand_centre(model, data)
 
 
 def _thumb_side(model: mujoco.MjModel, data: mujoco.MjData) -> float:
@@ -229,26 +243,39 @@ class LoadedModel:
         self._offscreen, self._context = offscreen, context
         self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
         self._option = mujoco.MjvOption()
-        self._rectangle = mujoco.MjrRect(0, 0, offscreen.width, offscreen.height)
-        self._pixels = np.empty((offscreen.height, offscreen.width, 3), np.uint8)
+        self._furniture = furniture_of(model)
+        self._pixels = np.empty((offscreen.height * offscreen.width, 3), np.uint8)
 
-    def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera) -> Frame:
+    def draw(
+        self, data: mujoco.MjData, camera: mujoco.MjvCamera, size: tuple[int, int] | None = None
+    ) -> Frame:
         """Draw a state whose positions are computed.
+
+        Parameters
+        ----------
+        data
+        camera
+        size
+            Width and height [pixels], if less than that of the context.
 
         Returns
         -------
         (height, width, 3)
             A new array, top row first.
         """
+        width, height = size or (self._offscreen.width, self._offscreen.height)
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(
             self.model, data, self._option, None, camera, everything, self._scene
         )
+        draw_furniture(self._scene, self._furniture)
         self._offscreen.make_current()
         mujoco.mjr_restoreBuffer(self._context)  # another scene's may be bound
-        mujoco.mjr_render(self._rectangle, self._scene, self._context)
-        mujoco.mjr_readPixels(self._pixels, None, self._rectangle, self._context)
-        return self._pixels[::-1].copy()  # OpenGL's first row is the bottom one
+        rectangle, pixels = mujoco.MjrRect(0, 0, width, height), self._pixels[: height * width]
+        mujoco.mjr_render(rectangle, self._scene, self._context)
+        pixels = pixels.reshape(height, width, 3)
+        mujoco.mjr_readPixels(pixels, None, rectangle, self._context)
+        return pixels[::-1].copy()  # OpenGL's first row is the bottom one
 
 
 @contextmanager

@@ -16,9 +16,19 @@ from handsim.types import Array, Frame
 FORCE_COLOUR = (213, 94, 0)
 PATH_COLOUR = (0, 114, 178)
 """Vermilion and blue of Okabe and Ito's palette, told apart by the colour-blind."""
+DARK = (25, 28, 33)
+GOOD_COLOUR, BAD_COLOUR = (0, 105, 70), (176, 38, 20)
+
+_Colour = tuple[int, int, int]
 
 
-def draw_text(frame: Frame, lines: Sequence[str], at: tuple[float, float], size: int) -> None:
+def draw_text(
+    frame: Frame,
+    lines: Sequence[str],
+    at: tuple[float, float],
+    size: int,
+    colour: _Colour = DARK,
+) -> None:
     """Write lines onto a frame, dark with a light edge: legible on any background.
 
     Parameters
@@ -31,15 +41,22 @@ def draw_text(frame: Frame, lines: Sequence[str], at: tuple[float, float], size:
         Left and top of the first line [pixels].
     size
         Height of the letters [pixels].
+    colour
+        Of the letters.
     """
     left, top = round(at[0]), round(at[1])
     for i, line in enumerate(lines):
         if line:
-            _blend(frame, _text(line, size), left, top + round(1.3 * size * i))
+            _blend(frame, _text(line, size, colour), left, top + round(1.3 * size * i))
+
+
+def text_width(line: str, size: int) -> int:
+    """Return how wide a line is with its edge [pixels]."""
+    return _text(line, size, DARK).shape[1]
 
 
 @functools.lru_cache(maxsize=512)
-def _text(line: str, size: int) -> npt.NDArray[np.uint16]:
+def _text(line: str, size: int, colour: _Colour) -> npt.NDArray[np.uint16]:
     """Rasterise a line as (height, width, 4): colour and opacity, 0 to 255."""
     from PIL import Image, ImageDraw, ImageFont
 
@@ -48,7 +65,7 @@ def _text(line: str, size: int) -> npt.NDArray[np.uint16]:
     _, _, right, bottom = font.getbbox(line, stroke_width=edge)
     patch = Image.new("RGBA", (int(right) + 2 * edge, int(bottom) + 2 * edge), (255, 255, 255, 0))
     ImageDraw.Draw(patch).text(
-        (edge, edge), line, (25, 28, 33), font, stroke_width=edge, stroke_fill=(255, 255, 255)
+        (edge, edge), line, colour, font, stroke_width=edge, stroke_fill=(255, 255, 255)
     )
     return np.asarray(patch, np.uint16)
 
@@ -66,9 +83,30 @@ def _blend(frame: Frame, patch: npt.NDArray[np.uint16], left: int, top: int) -> 
     under[:] = (over[..., :3] * opacity + under * (255 - opacity)) // 255
 
 
+def inset_view(frame: Frame, picture: Frame) -> None:
+    """Set a second view into a frame at the left, between caption and force bars.
+
+    There the usual view has neither person nor hand.
+    """
+    height, width = picture.shape[:2]
+    letters = _caption_size(frame)
+    top, left, edge = round(max(0.19 * frame.shape[0], 5.2 * letters)), letters // 2, 2
+    frame[top - edge : top + height + edge, left - edge : left + width + edge] = 255
+    frame[top : top + height, left : left + width] = picture
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a movement ended, known from ``time`` [s] since the clip's start on."""
+
+    time: float
+    text: str
+    good: bool
+
+
 @dataclass(frozen=True)
 class Caption:
-    """Lines at the upper left: fixed ones, and the time.
+    """Lines at the upper left: fixed ones, the time, and how it ended once that is known.
 
     Attributes
     ----------
@@ -76,51 +114,28 @@ class Caption:
         Written above the time.
     phases
         Start [s] and name of stretches of time, in order; the present one is written by the time.
+    verdict
+        Written below the time from when it is reached.
     """
 
     lines: tuple[str, ...] = ()
     phases: tuple[tuple[float, str], ...] = ()
+    verdict: Verdict | None = None
 
     def draw(self, frame: Frame, time: float) -> None:
         """Write onto a frame as of ``time`` [s]."""
-        size = max(11, frame.shape[0] // 26)
+        size = _caption_size(frame)
         names = [name for start, name in self.phases if start <= time + 1e-9]
         clock = f"{time:.2f} s" + (f"  {names[-1]}" if names else "")
         draw_text(frame, [*self.lines, clock], (0.5 * size, 0.4 * size), size)
+        if self.verdict is not None and time >= self.verdict.time - 1e-9:
+            top = (0.4 + 1.3 * (len(self.lines) + 1)) * size
+            colour = GOOD_COLOUR if self.verdict.good else BAD_COLOUR
+            draw_text(frame, [self.verdict.text], (0.5 * size, top), round(1.2 * size), colour)
 
 
-@dataclass(frozen=True)
-class ForceBars:
-    """Contact forces as bars at the lower left, each with its number.
-
-    Attributes
-    ----------
-    time : (n,) [s]
-        Since the clip's start.
-    force : (n, k) [N]
-    labels
-        k names.
-    """
-
-    time: Array
-    force: Array
-    labels: tuple[str, ...]
-
-    def draw(self, frame: Frame, time: float) -> None:
-        """Draw onto a frame as of ``time`` [s]; full length is the largest force of the clip."""
-        size = max(10, frame.shape[0] // 34)
-        pitch = round(1.35 * size)
-        now = self.force[_sample(self.time, time)]
-        full = max(float(self.force.max(initial=0.0)), 1e-9)
-        left = round(4.2 * size)
-        top = frame.shape[0] - pitch * len(self.labels) - size // 2
-        for i, (label, newton) in enumerate(zip(self.labels, now, strict=True)):
-            y = top + i * pitch
-            draw_text(frame, [label], (0.5 * size, y), size)
-            length = round(frame.shape[1] / 6 * float(newton) / full)
-            frame[y + size // 4 : y + size, left : left + length] = FORCE_COLOUR
-            if newton > 0.05:
-                draw_text(frame, [f"{newton:.1f} N"], (left + length + size // 3, y), size)
+def _caption_size(frame: Frame) -> int:
+    return max(11, frame.shape[0] // 26)
 
 
 class SubspaceInset:
@@ -150,7 +165,7 @@ class SubspaceInset:
             self._base = self._background(side)
         image = Image.fromarray(self._base)
         pen = ImageDraw.Draw(image)
-        way = self._pixels(self.z[: _sample(self.time, time) + 1], side)
+        way = self._pixels(self.z[: sample_at(self.time, time) + 1], side)
         if len(way) > 1:
             pen.line(way, fill=PATH_COLOUR, width=max(2, side // 60), joint="curve")
         radius = max(3, side // 28)
@@ -197,6 +212,6 @@ def _square(centre: tuple[float, float], radius: float) -> tuple[float, float, f
     return x - radius, y - radius, x + radius, y + radius
 
 
-def _sample(times: Array, time: float) -> int:
-    """Index of the last of ``times`` that is not after ``time``."""
+def sample_at(times: Array, time: float) -> int:
+    """Return the index of the last of ``times`` that is not after ``time``."""
     return max(int(np.searchsorted(times, time + 1e-9, side="right")) - 1, 0)
