@@ -32,7 +32,7 @@ from handsim.viewing.film.video import (
 
 USUAL = "view"
 """The camera beside which others may be shown."""
-INSET_SHARE = 0.36
+INSET_SHARE = 0.34
 """Width and height of a second view in a film, over the film's own."""
 LEAST_WITH_INSET = 200
 """Height from which on a film has room for a second view [pixels]."""
@@ -67,6 +67,8 @@ class Clip:
     beside
         Cameras whose views stand beside the usual one, ``view``: of the first as an inset in
         films, of all as further rows in contact sheets. Another camera is shown alone.
+    inset_below_caption
+        Whether the inset is at the upper left instead of the lower right: an arm comes from there.
     pause
         How long a film shows the last state [s].
     """
@@ -77,6 +79,7 @@ class Clip:
     overlays: tuple[Overlay, ...] = ()
     in_sheets: tuple[Overlay, ...] = ()
     beside: tuple[str, ...] = ()
+    inset_below_caption: bool = False
     pause: float = 0.0
 
     def __post_init__(self) -> None:
@@ -142,7 +145,8 @@ class _Player:
         frame = self._view(0, time)
         if len(self.cameras) > 1:
             height, width = (round(INSET_SHARE * each) for each in frame.shape[:2])
-            inset_view(frame, self._view(1, time, (width, height)))
+            inset = self._view(1, time, (width, height))
+            inset_view(frame, inset, self.clip.inset_below_caption)
         return self._finished(frame, time, self.clip.overlays)
 
     def draw_all(self, time: float) -> list[Frame]:

@@ -1,4 +1,4 @@
-"""What the fingers press, beside what they need to: one bar each for fingers and palm."""
+"""What the fingers press, beside what is needed: one bar each for fingers and palm."""
 
 from dataclasses import dataclass
 
@@ -13,8 +13,6 @@ IDLE_COLOUR = (150, 154, 160)
 NEED_COLOUR = (0, 114, 178)
 LIMIT_COLOUR = (140, 20, 60)
 """Of the lines at need and limit, apart from the bars for the colour-blind (Okabe and Ito)."""
-HEADROOM = 1.2
-"""Full scale over the highest mark or force: the bar's number is above it."""
 MOST_OF_LIMIT = 1.6
 """Where there is a limit, forces beyond this many limits are cut off: a knock on the way is not to
 make the rest too small to be seen."""
@@ -28,7 +26,7 @@ _MARKS = 4.6
 
 @dataclass(frozen=True)
 class ForceBars:
-    """Forces as upright bars at the lower left, with lines at what is needed and what is too much.
+    """Forces as upright bars in a lower corner, with lines at what is needed and what is too much.
 
     Attributes
     ----------
@@ -40,6 +38,10 @@ class ForceBars:
         k names; their first letters where there is no room for more.
     need, limit
         Heights of the two lines [N]; 0 draws none.
+    scale
+        Factor on the letters' size.
+    at_right
+        Whether they stand at the right.
     """
 
     time: Array
@@ -47,6 +49,8 @@ class ForceBars:
     labels: tuple[str, ...]
     need: float = 0.0
     limit: float = 0.0
+    scale: float = 1.0
+    at_right: bool = False
 
     @property
     def full_scale(self) -> float:
@@ -54,34 +58,33 @@ class ForceBars:
         most = float(self.force.max(initial=0.0))
         if self.limit > 0:
             most = min(most, MOST_OF_LIMIT * self.limit)
-        return HEADROOM * max(most, self.limit, 1.5 * self.need, LEAST_PRESS)
+        return max(most, self.limit, 1.5 * self.need, LEAST_PRESS)
 
     def draw(self, frame: Frame, time: float) -> None:
         """Draw onto a frame as of ``time`` [s]."""
-        field = BarField.of(frame, self.labels)
+        field = BarField.of(frame, self.labels, self.scale, self.at_right)
         field.lay_ground(frame)
-        draw_text(frame, ["normal force, N"], (field.left, field.top - field.row), field.size)
+        draw_text(frame, ["normal force, N"], (field.left, field.title), field.size)
         now = self.force[sample_at(self.time, time)].tolist()
         heights = [self.pixels(newton, field) for newton in now]
         for i, newton in enumerate(now):
             colour = IDLE_COLOUR if newton < LEAST_PRESS else FORCE_COLOUR
             field.bar(frame, i, heights[i], colour)
-        for name, value, colour, dashed in (
-            ("need", self.need, NEED_COLOUR, False),
-            ("limit", self.limit, LIMIT_COLOUR, True),
-        ):
+        marks = (("need", self.need, NEED_COLOUR), ("limit", self.limit, LIMIT_COLOUR))
+        lines: list[int] = []
+        for name, value, colour in marks:
             if value > 0:
-                y = field.bottom - self.pixels(value, field)
-                field.line(frame, y, colour, dashed)
-                at = (field.right + 0.2 * field.size, y - 0.75 * field.size)
+                lines.append(field.bottom - self.pixels(value, field))
+                field.line(frame, lines[-1], colour, dashed=name == "limit")
+                at = (field.right + 0.2 * field.size, lines[-1] - 0.75 * field.size)
                 draw_text(frame, [f"{name} {value:.1f}"], at, field.size, colour)
-        line = field.bottom - self.pixels(self.need, field) if self.need > 0 else field.bottom
         for i, newton in enumerate(now):
             letters = IDLE_COLOUR if newton < LEAST_PRESS else DARK
             number = f"{newton:.1f}" if newton > 0 else "0"
             above = field.bottom - heights[i] - 1.3 * field.size
-            if above < line < above + 1.4 * field.size:  # not struck through by it
-                above = line - 1.4 * field.size
+            for line in lines:
+                if above < line < above + 1.4 * field.size:  # not struck through by it
+                    above = line - 1.4 * field.size
             field.write(frame, i, number, above, letters)
             field.name(frame, i, self.labels[i], letters)
 
@@ -107,16 +110,20 @@ class BarField:
     whole_names: bool
 
     @classmethod
-    def of(cls, frame: Frame, labels: tuple[str, ...]) -> "BarField":
+    def of(
+        cls, frame: Frame, labels: tuple[str, ...], scale: float = 1.0, at_right: bool = False
+    ) -> "BarField":
         """Lay the field out in a frame of any size."""
         height, width = frame.shape[:2]
-        size = max(11, height // 38)
+        size = max(11, round(scale * height / 39))
         pitch, beside = round(2.1 * size), _MARKS * size
         whole = pitch * len(labels) + beside <= MOST_OF_WIDTH * width
         pitch = pitch if whole else round(1.75 * size)
-        left = size
+        left = round(1.3 * size)
+        if at_right:
+            left = max(left, width - round(beside + 0.3 * size) - pitch * len(labels))
         bottom = height - round((3.0 if whole else 1.8) * size)
-        right, top = left + pitch * len(labels), bottom - round(0.2 * height)
+        right, top = left + pitch * len(labels), bottom - round(0.165 * height)
         return cls(left, right, top, bottom, size, pitch, whole)
 
     @property
@@ -125,14 +132,14 @@ class BarField:
         return self.bottom - self.top
 
     @property
-    def row(self) -> int:
-        """Height of a line of text."""
-        return round(1.35 * self.size)
+    def title(self) -> int:
+        """Top of the title: a bar's number is between the two."""
+        return self.top - round(2.7 * self.size)
 
     def lay_ground(self, frame: Frame) -> None:
         """Make the frame paler under the bars, and draw the line that they stand on."""
-        rows = slice(max(self.top - self.row - 2, 0), frame.shape[0] - self.size // 3)
-        columns = slice(self.left // 2, self.right + round(_MARKS * self.size))
+        rows = slice(max(self.title - 2, 0), frame.shape[0] - self.size // 3)
+        columns = slice(max(self.left - self.size, 0), self.right + round(_MARKS * self.size))
         frame[rows, columns] = (0.35 * frame[rows, columns] + 0.65 * 255).astype(np.uint8)
         _fill(frame, self.left, self.bottom, self.right, self.bottom + 1, (90, 95, 102))
 

@@ -45,7 +45,7 @@ def furniture_of(model: mujoco.MjModel) -> tuple[FurniturePart, ...]:
     if table < 0 or model.geom_type[table] != mujoco.mjtGeom.mjGEOM_BOX.value:
         return ()
     middle, half = model.geom_pos[table], model.geom_size[table]
-    sides = half + [_EDGE, _EDGE, -0.5 * _BELOW]
+    sides = half + np.array([_EDGE, _EDGE, -0.5 * _BELOW])
     parts = [FurniturePart(middle - [0, 0, 0.5 * _BELOW], sides, _WOOD)]
     top = float(middle[2] - half[2])
     x, y = half[:2] - _INSET

@@ -132,8 +132,7 @@ class Camera:
             return
         self.view.type = mujoco.mjtCamera.mjCAMERA_FREE
         azimuth, self.view.elevation = _VIEWS[name]
-        self._thumb_side = _thumb_side(model, data)
-        self.view.azimuth = azimuth * self._thumb_side
+        self.view.azimuth = azimuth * _thumb_side(model, data)
         centre, self.view.distance = _framing(model, data, follow=name in ("chair", "follow"))
         self.view.lookat[:] = centre
         self._start_azimuth = self.view.azimuth
@@ -145,7 +144,7 @@ class Camera:
             self.view.azimuth = self._start_azimuth + 360.0 * time / ORBIT_PERIOD_S
         elif self.name == "chair" and _body(model, "object") >= 0:
             self.view.lookat[:] = _grasp_centre(model, data)
-            eyes = eyes_of(model, data, self._thumb_side)
+            eyes = eyes_of(model, data)
             self.view.azimuth, self.view.elevation = direction_deg(eyes, self.view.lookat)
         elif self.name == "follow":
             elapsed = 0.0 if self._last_time is None else max(0.0, time - self._last_time)

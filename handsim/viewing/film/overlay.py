@@ -20,6 +20,8 @@ DARK = (25, 28, 33)
 GOOD_COLOUR, BAD_COLOUR = (0, 105, 70), (176, 38, 20)
 
 _Colour = tuple[int, int, int]
+_EDGE = 2
+"""White edge of a second view [pixels]."""
 
 
 def draw_text(
@@ -83,16 +85,34 @@ def _blend(frame: Frame, patch: npt.NDArray[np.uint16], left: int, top: int) -> 
     under[:] = (over[..., :3] * opacity + under * (255 - opacity)) // 255
 
 
-def inset_view(frame: Frame, picture: Frame) -> None:
-    """Set a second view into a frame at the left, between caption and force bars.
+def inset_view(frame: Frame, picture: Frame, below_caption: bool = False) -> None:
+    """Set a second view into a frame, with a white edge.
 
-    There the usual view has neither person nor hand.
+    Parameters
+    ----------
+    frame : (height, width, 3)
+        Changed in place.
+    picture
+        Smaller.
+    below_caption
+        At the left below the caption, else at the lower right.
     """
-    height, width = picture.shape[:2]
+    height, width = (each + 2 * _EDGE for each in picture.shape[:2])
+    top, left = _inset_place(frame, (height, width), frame.shape[0] // 48, below_caption)
+    frame[top : top + height, left : left + width] = 255
+    inner = frame[top + _EDGE : top + height - _EDGE, left + _EDGE : left + width - _EDGE]
+    inner[:] = picture
+
+
+def _inset_place(
+    frame: Frame, size: tuple[int, int], margin: int, below_caption: bool
+) -> tuple[int, int]:
+    """Return top and left of an inset of a height and width in a frame."""
+    top, left = (whole - part - margin for whole, part in zip(frame.shape[:2], size, strict=True))
+    if not below_caption:
+        return top, left
     letters = _caption_size(frame)
-    top, left, edge = round(max(0.19 * frame.shape[0], 5.2 * letters)), letters // 2, 2
-    frame[top - edge : top + height + edge, left - edge : left + width + edge] = 255
-    frame[top : top + height, left : left + width] = picture
+    return min(round(5.2 * letters), top), letters // 2
 
 
 @dataclass(frozen=True)
@@ -116,15 +136,18 @@ class Caption:
         Start [s] and name of stretches of time, in order; the present one is written by the time.
     verdict
         Written below the time from when it is reached.
+    scale
+        Factor on the letters' size.
     """
 
     lines: tuple[str, ...] = ()
     phases: tuple[tuple[float, str], ...] = ()
     verdict: Verdict | None = None
+    scale: float = 1.0
 
     def draw(self, frame: Frame, time: float) -> None:
         """Write onto a frame as of ``time`` [s]."""
-        size = _caption_size(frame)
+        size = round(max(_caption_size(frame), self.scale * frame.shape[0] / 26))
         names = [name for start, name in self.phases if start <= time + 1e-9]
         clock = f"{time:.2f} s" + (f"  {names[-1]}" if names else "")
         draw_text(frame, [*self.lines, clock], (0.5 * size, 0.4 * size), size)
@@ -139,7 +162,7 @@ def _caption_size(frame: Frame) -> int:
 
 
 class SubspaceInset:
-    """The path in the first two subspace coordinates, at the lower right.
+    """The path in the first two subspace coordinates, at the lower right or below the caption.
 
     Parameters
     ----------
@@ -147,9 +170,12 @@ class SubspaceInset:
         Since the clip's start.
     z : (n, n_components >= 2) [rad]
         Subspace coordinates of the movement.
+    below_caption
+        Whether it leaves the lower right to a second view.
     """
 
-    def __init__(self, time: Array, z: Array) -> None:
+    def __init__(self, time: Array, z: Array, below_caption: bool = False) -> None:
+        self.below_caption = below_caption
         self.time, self.z = time, np.rad2deg(z[:, :2])
         self._centre = (self.z.max(axis=0) + self.z.min(axis=0)) / 2
         half = max(float(np.ptp(self.z, axis=0).max()) / 2, 1.0)
@@ -171,7 +197,8 @@ class SubspaceInset:
         radius = max(3, side // 28)
         pen.ellipse(_square(way[-1], radius), fill=PATH_COLOUR, outline=(255, 255, 255))
         margin = side // 16
-        frame[-side - margin : -margin, -side - margin : -margin] = np.asarray(image)
+        top, left = _inset_place(frame, (side, side), margin, self.below_caption)
+        frame[top : top + side, left : left + side] = np.asarray(image)
 
     def _pixels(self, points: Array, side: int) -> list[tuple[float, float]]:
         scaled = (points - self._centre) / self._half * [1, -1]

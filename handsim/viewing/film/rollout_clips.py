@@ -1,5 +1,7 @@
 """Simulated grasps as clips, with what was measured drawn onto them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from handsim.errors import UnknownNameError
@@ -14,6 +16,8 @@ from handsim.viewing.film.overlay import Caption, SubspaceInset, Verdict
 
 BESIDE = ("chair", "side")
 """Views that are shown beside the usual one: in films the first, in contact sheets all."""
+SCALE_IN_SHEETS, BARS_IN_SHEETS = 1.35, 1.15
+"""Factors on letters in contact sheets, which are looked at as a whole; bars have room for less."""
 PAUSE_S = 1.0
 """How long a film shows the end, and the verdict on it [s]."""
 
@@ -32,16 +36,17 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
     time = rollout.time - rollout.time[0]
     phases = tuple((phase.start - float(rollout.time[0]), phase.name) for phase in rollout.phases)
     verdict = verdict_of(rollout)
+    left_hand = rollout.conditions.hand.side == "left"  # its arm comes from the right
     overlays: list[Overlay] = [Caption((f"{rollout.task}, {rollout.driver}",), phases, verdict)]
-    in_sheets: list[Overlay] = [Caption((), phases, verdict)]
+    in_sheets: list[Overlay] = [Caption((), phases, verdict, SCALE_IN_SHEETS)]
     if measurements and np.any(rollout.contact_force):
         need = rollout.outcome.need_n
         limit = force_limit(rollout)
         bars = ForceBars(time, rollout.contact_force, CONTACT_PARTS, need, limit)
         overlays.append(bars)
-        in_sheets.append(bars)
+        in_sheets.append(replace(bars, scale=BARS_IN_SHEETS, at_right=True))
     if measurements and rollout.z.shape[1] >= 2:
-        overlays.append(SubspaceInset(time, rollout.z))
+        overlays.append(SubspaceInset(time, rollout.z, below_caption=not left_hand))
     return Clip(
         rollout.model(),
         time,
@@ -49,6 +54,7 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
         tuple(overlays),
         in_sheets=tuple(in_sheets),
         beside=BESIDE if measurements else (),
+        inset_below_caption=left_hand,
         pause=PAUSE_S,
     )
 
