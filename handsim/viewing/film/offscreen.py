@@ -42,6 +42,8 @@ _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored 
 }
 ORBIT_PERIOD_S = 8.0
 """Time of one turn of the orbiting camera [s]."""
+_CHAIR_HEIGHT = 1.3
+"""Height of what is seen from the chair, in hand lengths."""
 FOLLOW_TIME_S = 0.3
 """Time constant with which the following camera lags behind the hand [s]."""
 _MAX_GEOMS = 4000
@@ -133,7 +135,7 @@ class Camera:
         self.view.type = mujoco.mjtCamera.mjCAMERA_FREE
         azimuth, self.view.elevation = _VIEWS[name]
         self.view.azimuth = azimuth * _thumb_side(model, data)
-        centre, self.view.distance = _framing(model, data, follow=name in ("chair", "follow"))
+        centre, self.view.distance = _framing(model, data, name)
         self.view.lookat[:] = centre
         self._start_azimuth = self.view.azimuth
         self._last_time: float | None = None
@@ -175,7 +177,7 @@ def _thumb_side(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     return -1.0 if min(index, little) >= 0 and data.xpos[index, 1] < data.xpos[little, 1] else 1.0
 
 
-def _framing(model: mujoco.MjModel, data: mujoco.MjData, follow: bool) -> tuple[Array, float]:
+def _framing(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> tuple[Array, float]:
     """Point to look at and distance [m] that hold the hand, and the object where there is one.
 
     A hand of length L about its knuckle fits into 1.5 L. With an object the hand comes from up to
@@ -187,8 +189,10 @@ def _framing(model: mujoco.MjModel, data: mujoco.MjData, follow: bool) -> tuple[
     # The knuckle of the middle finger is about 0.47 of the hand's length from the wrist.
     hand_length = float(np.linalg.norm(data.xpos[knuckle] - data.xpos[palm])) / 0.47
     target = _body(model, "object")
-    if follow or target < 0:
-        centre, height = _hand_centre(model, data), 1.6 * hand_length
+    if camera == "chair" or camera == "follow" or target < 0:
+        # From the chair the hand is to fill the picture; the other views show more beside it.
+        height = (_CHAIR_HEIGHT if camera == "chair" and target >= 0 else 1.6) * hand_length
+        centre = _hand_centre(model, data)
     else:
         centre = data.xpos[target] + np.array([0.0, 0.0, 0.5 * hand_length])
         height = 2.2 * hand_length
