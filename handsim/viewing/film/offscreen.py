@@ -189,7 +189,7 @@ def _framing(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> tuple[A
     # The knuckle of the middle finger is about 0.47 of the hand's length from the wrist.
     hand_length = float(np.linalg.norm(data.xpos[knuckle] - data.xpos[palm])) / 0.47
     target = _body(model, "object")
-    if camera == "chair" or camera == "follow" or target < 0:
+    if camera in ("chair", "follow") or target < 0:
         # From the chair the hand is to fill the picture; the other views show more beside it.
         height = (_CHAIR_HEIGHT if camera == "chair" and target >= 0 else 1.6) * hand_length
         centre = _hand_centre(model, data)
