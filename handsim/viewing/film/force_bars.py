@@ -20,6 +20,7 @@ make the rest too small to be seen."""
 
 MOST_OF_WIDTH = 0.46
 """Share of a frame's width that whole names may take: what is grasped is right of that."""
+_MOST = 1e6  # N; files may hold anything
 _MARKS = 4.6
 """Room for the names of the lines, in heights of letters."""
 
@@ -58,7 +59,7 @@ class ForceBars:
         most = float(self.force.max(initial=0.0))
         if self.limit > 0:
             most = min(most, MOST_OF_LIMIT * self.limit)
-        return max(most, self.limit, 1.5 * self.need, LEAST_PRESS)
+        return min(max(most, self.limit, 1.5 * self.need, LEAST_PRESS), _MOST)
 
     def draw(self, frame: Frame, time: float) -> None:
         """Draw onto a frame as of ``time`` [s]."""

@@ -44,7 +44,7 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
         limit = force_limit(rollout)
         bars = ForceBars(time, rollout.contact_force, CONTACT_PARTS, need, limit)
         overlays.append(bars)
-        in_sheets.append(replace(bars, scale=BARS_IN_SHEETS, at_right=True))
+        in_sheets.append(replace(bars, scale=BARS_IN_SHEETS, at_right=not left_hand))
     if measurements and rollout.z.shape[1] >= 2:
         overlays.append(SubspaceInset(time, rollout.z, below_caption=not left_hand))
     return Clip(

@@ -143,6 +143,13 @@ def test_bars_at_the_right_end_with_the_frame() -> None:
     assert np.ptp(np.nonzero((left != 128).any(axis=-1))[1]) == pytest.approx(wide, abs=12)
 
 
+@pytest.mark.parametrize("newton", [1e308, -1.0])
+def test_numbers_that_no_hand_presses_are_drawn_all_the_same(newton: float) -> None:
+    shown = bars(newton, need=newton, limit=4 * newton)
+    assert drawn(shown).shape == (480, 640, 3)
+    assert 0 < shown.full_scale < 1e7
+
+
 @pytest.mark.parametrize("size", [(16, 16), (60, 80), (120, 160)])
 def test_frames_too_small_for_it(size: tuple[int, int]) -> None:
     assert drawn(bars(2.0, 1.0, need=1.0, limit=4.0), size).shape == (*size, 3)

@@ -137,6 +137,9 @@ def test_the_second_view_is_away_from_the_arm(ball: mujoco.MjModel) -> None:
         assert clip.inset_below_caption == below_caption
         assert isinstance(inset, SubspaceInset)
         assert inset.below_caption != below_caption
+        bars = clip.in_sheets[1]
+        assert isinstance(bars, ForceBars)
+        assert bars.at_right != below_caption
 
 
 def test_contact_sheets_show_forces_and_verdict(rendering: str, ball: mujoco.MjModel) -> None:
