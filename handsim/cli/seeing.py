@@ -26,7 +26,10 @@ def render(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="File: .mp4, .gif or .png.")],
     camera: Annotated[
-        str, typer.Option(help="view, front, side, palm, top, orbit, follow, or the model's own.")
+        str,
+        typer.Option(
+            help="view, front, side, palm, top, chair, orbit, follow, or the model's own."
+        ),
     ] = "view",
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "640x480",
     fps: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,

@@ -29,7 +29,7 @@ def render(
     measurements: bool = True,
     progress: Progress | None = None,
 ) -> int:
-    """Draw movements in true time into a file.
+    """Draw movements in true time into a file; rollouts show their end for a second more.
 
     Parameters
     ----------
@@ -39,8 +39,9 @@ def render(
         ``.mp4``, ``.gif`` or ``.png``. The picture of one movement is its contact sheet; of
         several, one picture of each at its end. The file is replaced only when all is drawn.
     camera
-        ``view``, ``front``, ``side``, ``palm``, ``top``, ``orbit``, ``follow``, or a camera of the
-        model.
+        ``view``, ``front``, ``side``, ``palm``, ``top``, ``chair``, ``orbit``, ``follow``, or a
+        camera of the model. Beside ``view`` a rollout's film has an inset of what the person sees
+        from the chair, and its contact sheet has rows of ``chair`` and ``side``.
     size
         Width and height of the video, or of each picture of a contact sheet [pixels].
     fps
@@ -48,7 +49,7 @@ def render(
     n_postures
         Pictures in a contact sheet.
     measurements
-        Whether what was measured of a rollout is drawn in.
+        Whether what was measured of a rollout is drawn in, and other views beside.
     progress
         Called with the fraction done.
 

@@ -4,7 +4,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -21,8 +21,21 @@ from handsim.viewing.film.offscreen import (
     View,
     open_offscreen,
 )
-from handsim.viewing.film.video import contact_sheet, tile, write_image, write_video
+from handsim.viewing.film.overlay import inset_view
+from handsim.viewing.film.video import (
+    contact_sheet,
+    tile,
+    usual_columns,
+    write_image,
+    write_video,
+)
 
+USUAL = "view"
+"""The camera beside which others may be shown."""
+INSET_SHARE = 0.34
+"""Width and height of a second view in a film, over the film's own."""
+LEAST_WITH_INSET = 200
+"""Height from which on a film has room for a second view [pixels]."""
 MAX_SHEET_PIXELS = 100_000_000
 """Largest contact sheet [pixels]; it needs six bytes a pixel while it is made."""
 
@@ -49,12 +62,25 @@ class Clip:
         MuJoCo's positions in the order of the model.
     overlays
         Drawn onto each frame, in order.
+    in_sheets
+        Drawn onto each picture of a contact sheet instead; by default it has its time alone.
+    beside
+        Cameras whose views stand beside the usual one, ``view``: of the first as an inset in
+        films, of all as further rows in contact sheets. Another camera is shown alone.
+    inset_below_caption
+        Whether the inset is at the upper left instead of the lower right: an arm comes from there.
+    pause
+        How long a film shows the last state [s].
     """
 
     model: mujoco.MjModel
     time: Array
     qpos: Array
     overlays: tuple[Overlay, ...] = ()
+    in_sheets: tuple[Overlay, ...] = ()
+    beside: tuple[str, ...] = ()
+    inset_below_caption: bool = False
+    pause: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that the arrays belong together and to the model.
@@ -75,6 +101,11 @@ class Clip:
         """Time from the first to the last state [s]."""
         return float(self.time[-1] - self.time[0])
 
+    @property
+    def shown(self) -> float:
+        """Time that a film of it lasts [s]."""
+        return self.duration + self.pause
+
 
 def frame_times(duration: float, fps: float) -> Array:
     """Return the times of the frames of a movement, from its start to its last full frame [s]."""
@@ -82,14 +113,14 @@ def frame_times(duration: float, fps: float) -> Array:
 
 
 class _Player:
-    """Draws a clip at any time."""
+    """Draws a clip at any time from one camera or several."""
 
-    def __init__(self, clip: Clip, offscreen: Offscreen, camera: str) -> None:
+    def __init__(self, clip: Clip, offscreen: Offscreen, *cameras: str) -> None:
         self.clip = clip
         self.scene: LoadedModel = offscreen.add(clip.model)
         self.data = mujoco.MjData(clip.model)
         self._pose(0.0)
-        self.camera = Camera(clip.model, self.data, camera)
+        self.cameras = [Camera(clip.model, self.data, name) for name in cameras]
 
     def _pose(self, time: float) -> None:
         """Set the state at ``time`` [s] since the start; interpolate between samples."""
@@ -109,12 +140,35 @@ class _Player:
         mujoco.mj_tendon(model, self.data)
 
     def draw(self, time: float) -> Frame:
+        """Return the first camera's view, the second's set into it, and the overlays on it."""
         self._pose(time)
-        self.camera.aim(self.clip.model, self.data, time)
-        frame = self.scene.draw(self.data, self.camera.view)
-        for overlay in self.clip.overlays:
-            overlay.draw(frame, time)
+        frame = self._view(0, time)
+        if len(self.cameras) > 1:
+            height, width = (round(INSET_SHARE * each) for each in frame.shape[:2])
+            inset = self._view(1, time, (width, height))
+            inset_view(frame, inset, self.clip.inset_below_caption)
+        return self._finished(frame, time, self.clip.overlays)
+
+    def draw_all(self, time: float) -> list[Frame]:
+        """Return all cameras' views of a contact sheet, the overlays on the first."""
+        self._pose(time)
+        views = [self._view(i, time) for i in range(len(self.cameras))]
+        return [self._finished(views[0], time, self.clip.in_sheets), *views[1:]]
+
+    def _view(self, camera: int, time: float, size: tuple[int, int] | None = None) -> Frame:
+        self.cameras[camera].aim(self.clip.model, self.data, time)
+        return self.scene.draw(self.data, self.cameras[camera].view, size)
+
+    def _finished(self, frame: Frame, time: float, overlays: tuple[Overlay, ...]) -> Frame:
+        for overlay in overlays:
+            overlay.draw(frame, min(time, self.clip.duration))
         return frame
+
+
+def _film_cameras(clip: Clip, camera: str, height: int) -> tuple[str, ...]:
+    """Return the cameras of a clip's film: the usual one has an inset where there is room."""
+    beside = clip.beside[:1] if camera == USUAL and height >= LEAST_WITH_INSET else ()
+    return (camera, *beside)
 
 
 def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) -> Iterator[Frame]:
@@ -146,9 +200,11 @@ def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) 
             f"{width}x{height} each; give a size that leaves {SIZE_LIMITS[0]} or more"
         )
     with open_offscreen(width, height, view.shadows) as offscreen:
-        players = [_Player(clip, offscreen, view.camera) for clip in clips]
+        players = [
+            _Player(clip, offscreen, *_film_cameras(clip, view.camera, height)) for clip in clips
+        ]
         cells: dict[int, Frame] = {}
-        for time in frame_times(max(clip.duration for clip in clips), view.fps):
+        for time in frame_times(max(clip.shown for clip in clips), view.fps):
             for i, player in enumerate(players):
                 if time <= player.clip.duration + 1 / view.fps:
                     cells[i] = player.draw(float(time))
@@ -169,31 +225,56 @@ def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None)
     """Contact sheet of ``n`` states along a movement, each of the size of the view.
 
     The states are spread evenly over the length of the path of qpos, so that no two pictures are
-    the same. Their times are written on them in place of the clip's overlays.
+    the same. Below each row of the usual view stand those of the cameras `Clip.beside`.
 
     Raises
     ------
     InputError
         If they are more than `MAX_SHEET_PIXELS` together.
     """
-    if n * view.width * view.height > MAX_SHEET_PIXELS:
+    cameras = (view.camera, *(clip.beside if view.camera == USUAL else ()))
+    n_pictures = n * len(cameras)
+    if n_pictures * view.width * view.height > MAX_SHEET_PIXELS:
         raise InputError(
-            f"{n} pictures of {view.width}x{view.height} are more than {MAX_SHEET_PIXELS} pixels;"
-            " draw fewer or smaller ones"
+            f"{n_pictures} pictures of {view.width}x{view.height} are more than "
+            f"{MAX_SHEET_PIXELS} pixels; draw fewer or smaller ones"
         )
+    times = _spread_times(clip, n)
+    with open_offscreen(view.width, view.height, view.shadows) as offscreen:
+        player = _Player(clip, offscreen, *cameras)
+        views = [player.draw_all(time) for time in times]
+    columns = columns or usual_columns(len(times))
+    frames: list[Frame] = []
+    labels: list[str] = []
+    for start in range(0, len(times), columns):
+        row = range(start, min(start + columns, len(times)))
+        for i, camera in enumerate(cameras):
+            frames += [views[j][i] for j in row]
+            labels += [_label(clip, times[j], camera, i) for j in row]
+            empty = (columns - len(row)) * (len(cameras) > 1)
+            frames += [np.full_like(views[0][0], 255)] * empty
+            labels += [""] * empty
+    return contact_sheet(frames, labels, columns)
+
+
+def _label(clip: Clip, time: float, camera: str, row: int) -> str:
+    """Return what is written into a picture: its time, where no overlay has it, or its camera."""
+    if row:
+        return camera
+    return "" if clip.in_sheets else f"{time:.2f} s"
+
+
+def _spread_times(clip: Clip, n: int) -> list[float]:
+    """Return n times since the start at equal shares of the path's length, one where it stays."""
     steps = np.linalg.norm(np.diff(clip.qpos, axis=0), axis=1)
     length = np.concatenate([[0.0], np.cumsum(steps)])
-    times: Array = np.zeros(1)
-    if length[-1] > 0 and n >= 2:
-        # Time over length: standing still takes time but no length, so the last time of each
-        # length is kept to make it a function.
-        keep = np.append(np.diff(length) > 0, True)
-        times = np.interp(np.linspace(0, float(length[-1]), n), length[keep], clip.time[keep])
-        times = times - clip.time[0]
-    with open_offscreen(view.width, view.height, view.shadows) as offscreen:
-        player = _Player(replace(clip, overlays=()), offscreen, view.camera)
-        frames = [player.draw(float(time)) for time in times]
-    return contact_sheet(frames, [f"{time:.2f} s" for time in times], columns)
+    if length[-1] <= 0 or n < 2:
+        return [0.0]
+    # Time over length: standing still takes time but no length, so the last time of each
+    # length is kept to make it a function.
+    keep = np.append(np.diff(length) > 0, True)
+    times = np.interp(np.linspace(0, float(length[-1]), n), length[keep], clip.time[keep])
+    return (times - clip.time[0]).tolist()
 
 
 def save_clips(
@@ -230,14 +311,17 @@ def save_clips(
     if Path(path).suffix.lower() != ".png":
         frames = render_clips(clips, view, columns)
         if progress:
-            n = len(frame_times(max((clip.duration for clip in clips), default=0.0), view.fps))
+            n = len(frame_times(max((clip.shown for clip in clips), default=0.0), view.fps))
             frames = _counted(frames, n, progress)
         return write_video(frames, path, view.fps)
     if len(clips) == 1:
         write_image(render_sheet(clips[0], view, n_postures, columns), path)
         return n_postures
     with open_offscreen(view.width, view.height, view.shadows) as offscreen:
-        players = (_Player(clip, offscreen, view.camera) for clip in clips)
+        players = (
+            _Player(clip, offscreen, *_film_cameras(clip, view.camera, view.height))
+            for clip in clips
+        )
         frames = [player.draw(player.clip.duration) for player in players]
     write_image(contact_sheet(frames, (), columns), path)
     return len(frames)

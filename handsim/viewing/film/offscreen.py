@@ -15,6 +15,8 @@ import numpy as np
 
 from handsim.errors import InputError, UnknownNameError
 from handsim.types import Array, Frame
+from handsim.viewing.film.chair import direction_deg, eyes_of
+from handsim.viewing.film.furniture import draw_furniture, furniture_of
 from handsim.viewing.opengl.backend import (
     GLContext,
     choose_backend,
@@ -24,9 +26,9 @@ from handsim.viewing.opengl.backend import (
     is_software,
 )
 
-CAMERAS: tuple[str, ...] = ("view", "front", "side", "palm", "top", "orbit", "follow")
+CAMERAS: tuple[str, ...] = ("view", "front", "side", "palm", "top", "chair", "orbit", "follow")
 """Names of the cameras. All but the moving ones are the model's own where it has them."""
-_MOVING = ("orbit", "follow")
+_MOVING = ("chair", "orbit", "follow")
 _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored where the thumb is
     # on the other side), elevation
     "view": (-140.0, -15.0),
@@ -34,11 +36,14 @@ _VIEWS = {  # direction of sight in the world [deg]: azimuth (from +x, mirrored 
     "side": (-90.0, -10.0),
     "palm": (180.0, 0.0),
     "top": (180.0, -89.0),
+    "chair": (0.0, -35.0),  # of a hand with nothing to sit at
     "orbit": (-140.0, -15.0),
     "follow": (-140.0, -20.0),
 }
 ORBIT_PERIOD_S = 8.0
 """Time of one turn of the orbiting camera [s]."""
+_CHAIR_HEIGHT = 1.3
+"""Height of what is seen from the chair, in hand lengths."""
 FOLLOW_TIME_S = 0.3
 """Time constant with which the following camera lags behind the hand [s]."""
 _MAX_GEOMS = 4000
@@ -130,7 +135,7 @@ class Camera:
         self.view.type = mujoco.mjtCamera.mjCAMERA_FREE
         azimuth, self.view.elevation = _VIEWS[name]
         self.view.azimuth = azimuth * _thumb_side(model, data)
-        centre, self.view.distance = _framing(model, data, follow=name == "follow")
+        centre, self.view.distance = _framing(model, data, name)
         self.view.lookat[:] = centre
         self._start_azimuth = self.view.azimuth
         self._last_time: float | None = None
@@ -139,6 +144,10 @@ class Camera:
         """Turn or move the camera to where it is at ``time`` [s]."""
         if self.name == "orbit":
             self.view.azimuth = self._start_azimuth + 360.0 * time / ORBIT_PERIOD_S
+        elif self.name == "chair" and _body(model, "object") >= 0:
+            self.view.lookat[:] = _grasp_centre(model, data)
+            eyes = eyes_of(model, data)
+            self.view.azimuth, self.view.elevation = direction_deg(eyes, self.view.lookat)
         elif self.name == "follow":
             elapsed = 0.0 if self._last_time is None else max(0.0, time - self._last_time)
             self._last_time = time
@@ -156,13 +165,19 @@ def _hand_centre(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return data.xpos[knuckle].copy() if knuckle >= 0 else model.stat.center.copy()
 
 
+def _grasp_centre(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Middle of knuckle and ends of middle finger and thumb: what is grasped is between them."""
+    parts = [_body(model, name) for name in ("middle_proximal", "middle_distal", "thumb_distal")]
+    return data.xpos[parts].mean(axis=0) if min(parts) >= 0 else _hand_centre(model, data)
+
+
 def _thumb_side(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     """Return 1 where the index finger is further to +y than the little one, else -1."""
     index, little = _body(model, "index_proximal"), _body(model, "little_proximal")
     return -1.0 if min(index, little) >= 0 and data.xpos[index, 1] < data.xpos[little, 1] else 1.0
 
 
-def _framing(model: mujoco.MjModel, data: mujoco.MjData, follow: bool) -> tuple[Array, float]:
+def _framing(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> tuple[Array, float]:
     """Point to look at and distance [m] that hold the hand, and the object where there is one.
 
     A hand of length L about its knuckle fits into 1.5 L. With an object the hand comes from up to
@@ -174,8 +189,10 @@ def _framing(model: mujoco.MjModel, data: mujoco.MjData, follow: bool) -> tuple[
     # The knuckle of the middle finger is about 0.47 of the hand's length from the wrist.
     hand_length = float(np.linalg.norm(data.xpos[knuckle] - data.xpos[palm])) / 0.47
     target = _body(model, "object")
-    if follow or target < 0:
-        centre, height = _hand_centre(model, data), 1.6 * hand_length
+    if camera in ("chair", "follow") or target < 0:
+        # From the chair the hand is to fill the picture; the other views show more beside it.
+        height = (_CHAIR_HEIGHT if camera == "chair" and target >= 0 else 1.6) * hand_length
+        centre = _hand_centre(model, data)
     else:
         centre = data.xpos[target] + np.array([0.0, 0.0, 0.5 * hand_length])
         height = 2.2 * hand_length
@@ -229,26 +246,39 @@ class LoadedModel:
         self._offscreen, self._context = offscreen, context
         self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
         self._option = mujoco.MjvOption()
-        self._rectangle = mujoco.MjrRect(0, 0, offscreen.width, offscreen.height)
-        self._pixels = np.empty((offscreen.height, offscreen.width, 3), np.uint8)
+        self._furniture = furniture_of(model)
+        self._pixels = np.empty((offscreen.height * offscreen.width, 3), np.uint8)
 
-    def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera) -> Frame:
+    def draw(
+        self, data: mujoco.MjData, camera: mujoco.MjvCamera, size: tuple[int, int] | None = None
+    ) -> Frame:
         """Draw a state whose positions are computed.
+
+        Parameters
+        ----------
+        data
+        camera
+        size
+            Width and height [pixels], if less than that of the context.
 
         Returns
         -------
         (height, width, 3)
             A new array, top row first.
         """
+        width, height = size or (self._offscreen.width, self._offscreen.height)
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(
             self.model, data, self._option, None, camera, everything, self._scene
         )
+        draw_furniture(self._scene, self._furniture)
         self._offscreen.make_current()
         mujoco.mjr_restoreBuffer(self._context)  # another scene's may be bound
-        mujoco.mjr_render(self._rectangle, self._scene, self._context)
-        mujoco.mjr_readPixels(self._pixels, None, self._rectangle, self._context)
-        return self._pixels[::-1].copy()  # OpenGL's first row is the bottom one
+        rectangle, pixels = mujoco.MjrRect(0, 0, width, height), self._pixels[: height * width]
+        mujoco.mjr_render(rectangle, self._scene, self._context)
+        pixels = pixels.reshape(height, width, 3)
+        mujoco.mjr_readPixels(pixels, None, rectangle, self._context)
+        return pixels[::-1].copy()  # OpenGL's first row is the bottom one
 
 
 @contextmanager

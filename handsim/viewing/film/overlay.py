@@ -16,9 +16,21 @@ from handsim.types import Array, Frame
 FORCE_COLOUR = (213, 94, 0)
 PATH_COLOUR = (0, 114, 178)
 """Vermilion and blue of Okabe and Ito's palette, told apart by the colour-blind."""
+DARK = (25, 28, 33)
+GOOD_COLOUR, BAD_COLOUR = (0, 105, 70), (176, 38, 20)
+
+_Colour = tuple[int, int, int]
+_EDGE = 2
+"""White edge of a second view [pixels]."""
 
 
-def draw_text(frame: Frame, lines: Sequence[str], at: tuple[float, float], size: int) -> None:
+def draw_text(
+    frame: Frame,
+    lines: Sequence[str],
+    at: tuple[float, float],
+    size: int,
+    colour: _Colour = DARK,
+) -> None:
     """Write lines onto a frame, dark with a light edge: legible on any background.
 
     Parameters
@@ -31,15 +43,22 @@ def draw_text(frame: Frame, lines: Sequence[str], at: tuple[float, float], size:
         Left and top of the first line [pixels].
     size
         Height of the letters [pixels].
+    colour
+        Of the letters.
     """
     left, top = round(at[0]), round(at[1])
     for i, line in enumerate(lines):
         if line:
-            _blend(frame, _text(line, size), left, top + round(1.3 * size * i))
+            _blend(frame, _text(line, size, colour), left, top + round(1.3 * size * i))
+
+
+def text_width(line: str, size: int) -> int:
+    """Return how wide a line is with its edge [pixels]."""
+    return _text(line, size, DARK).shape[1]
 
 
 @functools.lru_cache(maxsize=512)
-def _text(line: str, size: int) -> npt.NDArray[np.uint16]:
+def _text(line: str, size: int, colour: _Colour) -> npt.NDArray[np.uint16]:
     """Rasterise a line as (height, width, 4): colour and opacity, 0 to 255."""
     from PIL import Image, ImageDraw, ImageFont
 
@@ -48,7 +67,7 @@ def _text(line: str, size: int) -> npt.NDArray[np.uint16]:
     _, _, right, bottom = font.getbbox(line, stroke_width=edge)
     patch = Image.new("RGBA", (int(right) + 2 * edge, int(bottom) + 2 * edge), (255, 255, 255, 0))
     ImageDraw.Draw(patch).text(
-        (edge, edge), line, (25, 28, 33), font, stroke_width=edge, stroke_fill=(255, 255, 255)
+        (edge, edge), line, colour, font, stroke_width=edge, stroke_fill=(255, 255, 255)
     )
     return np.asarray(patch, np.uint16)
 
@@ -66,9 +85,48 @@ def _blend(frame: Frame, patch: npt.NDArray[np.uint16], left: int, top: int) -> 
     under[:] = (over[..., :3] * opacity + under * (255 - opacity)) // 255
 
 
+def inset_view(frame: Frame, picture: Frame, below_caption: bool = False) -> None:
+    """Set a second view into a frame, with a white edge.
+
+    Parameters
+    ----------
+    frame : (height, width, 3)
+        Changed in place.
+    picture
+        Smaller.
+    below_caption
+        At the left below the caption, else at the lower right.
+    """
+    height, width = (each + 2 * _EDGE for each in picture.shape[:2])
+    top, left = _inset_place(frame, (height, width), frame.shape[0] // 48, below_caption)
+    frame[top : top + height, left : left + width] = 255
+    inner = frame[top + _EDGE : top + height - _EDGE, left + _EDGE : left + width - _EDGE]
+    inner[:] = picture
+
+
+def _inset_place(
+    frame: Frame, size: tuple[int, int], margin: int, below_caption: bool
+) -> tuple[int, int]:
+    """Return top and left of an inset of a height and width in a frame."""
+    top, left = (whole - part - margin for whole, part in zip(frame.shape[:2], size, strict=True))
+    if not below_caption:
+        return top, left
+    letters = _caption_size(frame)
+    return min(round(5.2 * letters), top), letters // 2
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a movement ended, known from ``time`` [s] since the clip's start on."""
+
+    time: float
+    text: str
+    good: bool
+
+
 @dataclass(frozen=True)
 class Caption:
-    """Lines at the upper left: fixed ones, and the time.
+    """Lines at the upper left: fixed ones, the time, and how it ended once that is known.
 
     Attributes
     ----------
@@ -76,55 +134,35 @@ class Caption:
         Written above the time.
     phases
         Start [s] and name of stretches of time, in order; the present one is written by the time.
+    verdict
+        Written below the time from when it is reached.
+    scale
+        Factor on the letters' size.
     """
 
     lines: tuple[str, ...] = ()
     phases: tuple[tuple[float, str], ...] = ()
+    verdict: Verdict | None = None
+    scale: float = 1.0
 
     def draw(self, frame: Frame, time: float) -> None:
         """Write onto a frame as of ``time`` [s]."""
-        size = max(11, frame.shape[0] // 26)
+        size = round(max(_caption_size(frame), self.scale * frame.shape[0] / 26))
         names = [name for start, name in self.phases if start <= time + 1e-9]
         clock = f"{time:.2f} s" + (f"  {names[-1]}" if names else "")
         draw_text(frame, [*self.lines, clock], (0.5 * size, 0.4 * size), size)
+        if self.verdict is not None and time >= self.verdict.time - 1e-9:
+            top = (0.4 + 1.3 * (len(self.lines) + 1)) * size
+            colour = GOOD_COLOUR if self.verdict.good else BAD_COLOUR
+            draw_text(frame, [self.verdict.text], (0.5 * size, top), round(1.2 * size), colour)
 
 
-@dataclass(frozen=True)
-class ForceBars:
-    """Contact forces as bars at the lower left, each with its number.
-
-    Attributes
-    ----------
-    time : (n,) [s]
-        Since the clip's start.
-    force : (n, k) [N]
-    labels
-        k names.
-    """
-
-    time: Array
-    force: Array
-    labels: tuple[str, ...]
-
-    def draw(self, frame: Frame, time: float) -> None:
-        """Draw onto a frame as of ``time`` [s]; full length is the largest force of the clip."""
-        size = max(10, frame.shape[0] // 34)
-        pitch = round(1.35 * size)
-        now = self.force[_sample(self.time, time)]
-        full = max(float(self.force.max(initial=0.0)), 1e-9)
-        left = round(4.2 * size)
-        top = frame.shape[0] - pitch * len(self.labels) - size // 2
-        for i, (label, newton) in enumerate(zip(self.labels, now, strict=True)):
-            y = top + i * pitch
-            draw_text(frame, [label], (0.5 * size, y), size)
-            length = round(frame.shape[1] / 6 * float(newton) / full)
-            frame[y + size // 4 : y + size, left : left + length] = FORCE_COLOUR
-            if newton > 0.05:
-                draw_text(frame, [f"{newton:.1f} N"], (left + length + size // 3, y), size)
+def _caption_size(frame: Frame) -> int:
+    return max(11, frame.shape[0] // 26)
 
 
 class SubspaceInset:
-    """The path in the first two subspace coordinates, at the lower right.
+    """The path in the first two subspace coordinates, at the lower right or below the caption.
 
     Parameters
     ----------
@@ -132,9 +170,12 @@ class SubspaceInset:
         Since the clip's start.
     z : (n, n_components >= 2) [rad]
         Subspace coordinates of the movement.
+    below_caption
+        Whether it leaves the lower right to a second view.
     """
 
-    def __init__(self, time: Array, z: Array) -> None:
+    def __init__(self, time: Array, z: Array, below_caption: bool = False) -> None:
+        self.below_caption = below_caption
         self.time, self.z = time, np.rad2deg(z[:, :2])
         self._centre = (self.z.max(axis=0) + self.z.min(axis=0)) / 2
         half = max(float(np.ptp(self.z, axis=0).max()) / 2, 1.0)
@@ -150,13 +191,14 @@ class SubspaceInset:
             self._base = self._background(side)
         image = Image.fromarray(self._base)
         pen = ImageDraw.Draw(image)
-        way = self._pixels(self.z[: _sample(self.time, time) + 1], side)
+        way = self._pixels(self.z[: sample_at(self.time, time) + 1], side)
         if len(way) > 1:
             pen.line(way, fill=PATH_COLOUR, width=max(2, side // 60), joint="curve")
         radius = max(3, side // 28)
         pen.ellipse(_square(way[-1], radius), fill=PATH_COLOUR, outline=(255, 255, 255))
         margin = side // 16
-        frame[-side - margin : -margin, -side - margin : -margin] = np.asarray(image)
+        top, left = _inset_place(frame, (side, side), margin, self.below_caption)
+        frame[top : top + side, left : left + side] = np.asarray(image)
 
     def _pixels(self, points: Array, side: int) -> list[tuple[float, float]]:
         scaled = (points - self._centre) / self._half * [1, -1]
@@ -197,6 +239,6 @@ def _square(centre: tuple[float, float], radius: float) -> tuple[float, float, f
     return x - radius, y - radius, x + radius, y + radius
 
 
-def _sample(times: Array, time: float) -> int:
-    """Index of the last of ``times`` that is not after ``time``."""
+def sample_at(times: Array, time: float) -> int:
+    """Return the index of the last of ``times`` that is not after ``time``."""
     return max(int(np.searchsorted(times, time + 1e-9, side="right")) - 1, 0)

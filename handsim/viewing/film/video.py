@@ -214,6 +214,11 @@ def tile(frames: Sequence[Frame], columns: int, gap: int = 0, fill: int = 255) -
     return sheet
 
 
+def usual_columns(n: int) -> int:
+    """Return how many of n frames stand in a row: about twice as many as there are rows."""
+    return max(1, round(math.sqrt(2 * n)))
+
+
 def contact_sheet(
     frames: Sequence[Frame], labels: Sequence[str] = (), columns: int | None = None
 ) -> Frame:
@@ -235,7 +240,7 @@ def contact_sheet(
         raise InputError("no frames for a contact sheet; give one or more")
     if labels and len(labels) != len(frames):
         raise InputError(f"{len(labels)} labels for {len(frames)} frames; give one each")
-    columns = columns or max(1, round(math.sqrt(2 * len(frames))))
+    columns = columns or usual_columns(len(frames))
     cells = [frame.copy() for frame in frames]
     for cell, label in zip(cells, labels, strict=False):
         size = max(11, cell.shape[0] // 16)

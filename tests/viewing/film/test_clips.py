@@ -188,3 +188,34 @@ def test_context_is_freed_when_only_some_frames_are_taken(
     )
     stream.close()
     assert freed == [1]
+
+
+def test_a_pause_shows_the_last_state_and_its_time(rendering: str, ball: mujoco.MjModel) -> None:
+    stamp, clip = Stamp(), lift(ball)
+    waiting = Clip(ball, clip.time, clip.qpos, (stamp,), pause=0.5)
+    frames = drawn([waiting], SMALL)
+    assert len(frames) == 16
+    assert set(stamp.times[10:]) == {1.0}
+    for frame in frames[11:]:
+        np.testing.assert_array_equal(frame, frames[10])
+
+
+def test_a_second_view_is_set_into_the_usual_one_where_there_is_room(
+    rendering: str, ball: mujoco.MjModel
+) -> None:
+    clip = lift(ball)
+    beside = Clip(ball, clip.time, clip.qpos, beside=("fixed",))
+    for view, inset in (
+        (View("view", 320, 240, fps=1), True),
+        (View("view", 160, 120, fps=1), False),
+        (View("top", 320, 240, fps=1), False),
+    ):
+        alone, both = drawn([clip], view)[0], drawn([beside], view)[0]
+        rows, columns = np.nonzero((alone != both).any(axis=-1))
+        assert bool(rows.size) == inset, view
+        if inset:
+            assert rows.min() > 0.6 * 240
+            assert columns.min() > 0.6 * 320
+            small = drawn([clip], View("fixed", 109, 82, fps=1))[0]
+            place = both[240 - 5 - 2 - 82 : 240 - 5 - 2, 320 - 5 - 2 - 109 : 320 - 5 - 2]
+            assert np.abs(place.astype(int) - small).mean() < 3

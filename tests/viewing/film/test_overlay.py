@@ -3,13 +3,15 @@ import pytest
 
 from handsim.types import Frame
 from handsim.viewing.film.overlay import (
-    FORCE_COLOUR,
+    BAD_COLOUR,
+    GOOD_COLOUR,
     PATH_COLOUR,
     Caption,
-    ForceBars,
     SubspaceInset,
+    Verdict,
     _round_length,
     draw_text,
+    inset_view,
 )
 
 
@@ -66,23 +68,40 @@ def test_caption_shows_time_and_the_present_phase() -> None:
     assert (frames[0] != frames[2]).any()
 
 
-def test_bars_are_as_long_as_the_forces_at_that_time() -> None:
-    force = np.array([[0.0, 0.0], [4.0, 8.0]])
-    bars = ForceBars(np.array([0.0, 1.0]), force, ("thumb", "index"))
+@pytest.mark.parametrize("good", [True, False])
+def test_caption_says_how_it_ended_from_when_that_is_known(good: bool) -> None:
+    caption = Caption(("cup-drink",), verdict=Verdict(0.5, "held", good))
     before, after = grey(), grey()
-    bars.draw(before, 0.99)
-    bars.draw(after, 1.0)
-    assert not (before == FORCE_COLOUR).all(axis=-1).any()
-    rows, columns = np.nonzero((after == FORCE_COLOUR).all(axis=-1))
-    middle = (rows.min() + rows.max()) / 2
-    lengths = [np.ptp(columns[half]) + 1 for half in (rows < middle, rows > middle)]
-    assert lengths == [pytest.approx(320 / 12, abs=1), pytest.approx(320 / 6, abs=1)]
+    caption.draw(before, 0.49)
+    caption.draw(after, 0.5)
+    colours = [
+        (frame == (GOOD_COLOUR if good else BAD_COLOUR)).all(axis=-1) for frame in (before, after)
+    ]
+    assert not colours[0].any()
+    rows, columns = np.nonzero(colours[1])
+    assert 33 <= rows.min() < rows.max() < 52, "below the time"
+    assert columns.max() < 60
 
 
-def test_bars_without_any_force() -> None:
-    frame = grey()
-    ForceBars(np.zeros(1), np.zeros((1, 1)), ("palm",)).draw(frame, 0.0)
-    assert not (frame == FORCE_COLOUR).all(axis=-1).any()
+def test_larger_letters() -> None:
+    heights = []
+    for scale in (1.0, 2.0):
+        frame = grey(size=(480, 640))
+        Caption((), scale=scale).draw(frame, 0.0)
+        heights.append(np.ptp(changed(frame)[0]) + 1)
+    assert heights[1] == pytest.approx(2 * heights[0], abs=3)
+
+
+def test_second_view_is_whole_at_the_lower_right_or_below_the_caption() -> None:
+    picture = np.zeros((80, 100, 3), np.uint8)
+    for below_caption, (top, left) in ((False, (153, 213)), (True, (59, 7))):
+        frame = grey()
+        inset_view(frame, picture, below_caption)
+        rows, columns = np.nonzero((frame == 0).all(axis=-1))
+        assert (rows.min(), columns.min()) == (top, left)
+        assert (np.ptp(rows) + 1, np.ptp(columns) + 1) == (80, 100)
+        rows, columns = changed(frame)
+        assert (np.ptp(rows) + 1, np.ptp(columns) + 1) == (84, 104), "with its edge"
 
 
 def test_inset_shows_where_the_movement_is() -> None:
@@ -109,6 +128,15 @@ def test_inset_has_its_second_coordinate_upwards() -> None:
     inset.draw(up, 1.0)
     lowest, highest = (np.nonzero((f == PATH_COLOUR).all(axis=-1))[0].min() for f in (down, up))
     assert highest < lowest - 20
+
+
+def test_inset_leaves_the_lower_right_to_a_second_view() -> None:
+    frame = grey()
+    inset = SubspaceInset(np.arange(2.0), np.array([[0, 0], [1.0, 1.0]]), below_caption=True)
+    inset.draw(frame, 1.0)
+    rows, columns = changed(frame)
+    assert (rows.min(), np.ptp(rows) + 1) == (57, 72)
+    assert (columns.min(), np.ptp(columns) + 1) == (5, 72)
 
 
 def test_inset_of_a_movement_that_stays() -> None:
