@@ -141,7 +141,7 @@ TASKS: tuple[Task, ...] = (
          yaw_deg=120.0),
     Task(11, "cup-side-rotate", "cup", _CUP_SIDE, "rotate", (_LIFT, _SPIN), _SPUN,
          yaw_deg=120.0),
-    _placed(Task(12, "hammer-use", "hammer", _across(0.085, 0.0115, 0.0219, "tripod", _TWO), "use",
+    _placed(Task(12, "hammer-use", "hammer", _across(0.095, 0.0115, 0.0219, "tripod", _TWO), "use",
                  (_LIFT, Step(0.8, axis=(1.0, 0.0, 0.0), angle_deg=40.0),
                   Step(0.5, axis=(1.0, 0.0, 0.0), angle_deg=-40.0)),
                  PassRule("turn", angle_deg=25.0), yaw_deg=90.0),
