@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from handsim.grasping.planning import own_object
+from handsim.grasping.planning.trials import own_object
 from handsim.grasping.rollout_file import read_rollout
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from handsim.grasping.gripping import grip as grip_module
 from handsim.grasping.gripping.grip import (
     BEYOND,
     GRIP,
@@ -20,7 +21,6 @@ from handsim.grasping.gripping.grip import (
     shares_of,
 )
 from handsim.grasping.gripping.squeeze import squeeze_offset
-from handsim.grasping.rollout import grip as grip_module
 from handsim.hand.strength import FINGERTIP_FORCE, SATURATION
 from handsim.joints import FINGERS, JOINT_INDEX, JOINTS
 

@@ -10,10 +10,10 @@ import trimesh
 from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.planning import own_object
 from handsim.grasping.planning.grasper import ControllerGrasper
-from handsim.grasping.planning.own_object import grasp_by_controller, grasp_by_script
 from handsim.grasping.planning.plan_store import PlanStore
+from handsim.grasping.planning.trials import own_object
+from handsim.grasping.planning.trials.own_object import grasp_by_controller, grasp_by_script
 from handsim.grasping.planning.trials.scripted_trials import script_cost
 from handsim.learning.controller import GraspController
 from handsim.objects.object import GraspObject, Piece, TriangleMesh, box
