@@ -43,7 +43,7 @@ FAILED = 1.0
 
 @dataclass(frozen=True)
 class TriedGrasp:
-    """A proposal, its task, and the cost of one brief run of it: below 0 where it held."""
+    """A proposal, its task, and the cost of one brief run of it: below `FAILED` where it held."""
 
     proposal: Proposal
     task: Task
