@@ -6,6 +6,7 @@ from dataclasses import replace
 import cma
 import numpy as np
 
+from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions, Perturbation, perturb
 from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.rollout.commands import Commands
@@ -86,13 +87,20 @@ def cost_of(rollout: Rollout, task: Task) -> float:
     return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * min(broken, 3.0)
 
 
+def strain_of(plan: GraspPlan, task: Task, arm: ReachingArm) -> float:
+    """Return how far from natural an arm is at worst that follows a plan (`ArmPosture.strain`).
+
+    The task is that of the arm's side. No run is made.
+    """
+    reach = Commands.of(plan, task, schedule_for(task), arm.size).reached(arm, plan.q_goal).reach
+    return 0.0 if reach is None else float(reach.strain.max())
+
+
 def out_of_reach(scene: Scene, plan: GraspPlan) -> float | None:
     """Return the cost of a plan that no arm can follow, which needs no run; None for others."""
     if scene.arm is None:
         return None
-    commands = Commands.of(plan, scene.task, schedule_for(scene.task), scene.conditions.hand)
-    reach = commands.reached(scene.arm, plan.q_goal).reach
-    strain = 0.0 if reach is None else float(reach.strain.max())
+    strain = strain_of(plan, scene.task, scene.arm)
     return None if strain <= NO_ARM else WORST + min(strain, 100.0) / 20.0
 
 

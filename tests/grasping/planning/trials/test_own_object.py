@@ -12,7 +12,7 @@ from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_store import PlanStore
-from handsim.grasping.planning.trials import own_object
+from handsim.grasping.planning.trials import laying, own_object
 from handsim.grasping.planning.trials.own_object import grasp_by_controller, grasp_by_script
 from handsim.grasping.planning.trials.scripted_trials import script_cost
 from handsim.learning.controller import GraspController
@@ -43,7 +43,7 @@ def proposals(block: GraspObject) -> tuple[Proposal, ...]:
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch, proposals: tuple[Proposal, ...]) -> pytest.MonkeyPatch:
     """Few grasps, so that this takes seconds."""
-    monkeypatch.setattr(own_object, "propose_grasps", lambda block: proposals)
+    monkeypatch.setattr(laying, "propose_grasps", lambda block: proposals)
     monkeypatch.setattr(own_object, "MOST_TRIED", 3)
     monkeypatch.setattr(own_object, "N_COMPARED", 1)
     monkeypatch.setattr(own_object, "N_FITTED", 1)
