@@ -9,8 +9,9 @@ import numpy as np
 from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions, Perturbation, perturb
 from handsim.grasping.plan import GraspPlan, schedule_for
-from handsim.grasping.rollout.commands import Commands
+from handsim.grasping.rollout.commands import expected_path, read_at
 from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.record import Rollout
 from handsim.tasks.grip_rules import (
     MAX_MARGIN,
@@ -92,8 +93,9 @@ def strain_of(plan: GraspPlan, task: Task, arm: ReachingArm) -> float:
 
     The task is that of the arm's side. No run is made.
     """
-    reach = Commands.of(plan, task, schedule_for(task), arm.size).reached(arm, plan.q_goal).reach
-    return 0.0 if reach is None else float(reach.strain.max())
+    schedule = schedule_for(task)
+    pos, quat = expected_path(plan, task, schedule).poses(read_at(schedule))
+    return float(arm.posture(pos, quat, plan.q_goal[WRIST_COLUMNS]).strain.max())
 
 
 def out_of_reach(scene: Scene, plan: GraspPlan) -> float | None:

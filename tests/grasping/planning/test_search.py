@@ -4,10 +4,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions, Perturbation, perturb
 from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.search import (
     BROKEN,
+    NO_ARM,
     WIDE,
     WORST,
     cost_of,
@@ -15,6 +17,7 @@ from handsim.grasping.planning.search import (
     out_of_reach,
     robust_cost,
     shortened,
+    strain_of,
     tried_conditions,
 )
 from handsim.grasping.rollout.compiled_scene import Scene
@@ -183,6 +186,9 @@ def test_what_no_arm_can_follow_is_not_tried():
     costs = [out_of_reach(scene, each) for each in far]
     assert None not in costs
     assert WORST < costs[0] < costs[1] < costs[2] == WORST + 5.0
+    strains = [strain_of(each, scene.task, ReachingArm()) for each in far]
+    assert NO_ARM < strains[0] < strains[1] < strains[2]
+    assert costs[:2] == [WORST + min(each, 100.0) / 20.0 for each in strains[:2]]
     free = Scene.build(scene.task, Conditions(base="free"))
     assert out_of_reach(free, far[0]) is None
 
