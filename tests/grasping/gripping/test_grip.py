@@ -158,6 +158,16 @@ def test_fingers_touch_lightly_until_the_hand_has_closed():
         assert forces[THUMB] == pytest.approx(thumb, rel=0.01)
 
 
+def test_what_yields_easily_is_touched_no_harder_than_it_is_gripped():
+    """Scissors are gripped with less than fingers touch other things with."""
+    grip = 0.4
+    assert grip < IDLE < LIGHT
+    for closed in (0.0, 1.0):
+        forces = pressing(layer(grip), 120, fingers=(0, 1, RING), closed=closed)
+        assert forces[THUMB] == pytest.approx(grip, rel=0.01)
+        assert forces[RING] == pytest.approx(grip, rel=0.02)
+
+
 def test_fingers_that_the_grasp_does_not_use_hardly_press():
     forces = pressing(layer(12.0), 80, fingers=(0, 1, RING), closed=1.0)
     assert forces[RING] == pytest.approx(IDLE, rel=0.02)
