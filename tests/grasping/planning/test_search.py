@@ -189,6 +189,9 @@ def test_what_no_arm_can_follow_is_not_tried():
     strains = [strain_of(each, scene.task, ReachingArm()) for each in far]
     assert NO_ARM < strains[0] < strains[1] < strains[2]
     assert costs[:2] == [WORST + min(each, 100.0) / 20.0 for each in strains[:2]]
+    from_afar = replace(plan, retreat=np.array([0.0, 0.0, 1.2]))  # out of reach as it begins
+    assert strain_of(plan, scene.task, ReachingArm()) < 1.0
+    assert strain_of(from_afar, scene.task, ReachingArm()) > NO_ARM
     free = Scene.build(scene.task, Conditions(base="free"))
     assert out_of_reach(free, far[0]) is None
 
