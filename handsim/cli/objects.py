@@ -20,7 +20,7 @@ from handsim.cli.console import (
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.planning.grasper import ControllerGrasper
-    from handsim.grasping.planning.own_object import OwnGrasp
+    from handsim.grasping.planning.trials.own_object import OwnGrasp
     from handsim.objects.mesh_import import OwnObject
 
 app = typer.Typer()
@@ -137,7 +137,7 @@ def choose_grasp(
     own: "OwnObject", grasper: "ControllerGrasper | None", conditions: "Conditions", jobs: int
 ) -> "OwnGrasp":
     """Choose a grasp of an own object, by script where no grasper is given, and say which."""
-    from handsim.grasping.planning.own_object import grasp_by_controller, grasp_by_script
+    from handsim.grasping.planning.trials.own_object import grasp_by_controller, grasp_by_script
 
     with fraction_done("choosing a grasp") as progress:
         if grasper is None:

@@ -118,7 +118,7 @@ class Perturbation:
     shake
         Amplitude of the base's acceleration during the hold [m/s^2].
     bias
-        How far each sensor of the glove is off [rad].
+        How far each sensor of the glove is off at least [rad]; more where the conditions say so.
     """
 
     position: float = 0.003
@@ -166,5 +166,5 @@ def perturb(conditions: Conditions, seed: int, ranges: Perturbation | None = Non
         mass_scale=float(1 + generator.uniform(-ranges.mass, ranges.mass)),
         object_offset=(float(x), float(y), float(yaw)),
         shake=ranges.shake,
-        bias=ranges.bias,
+        bias=max(conditions.bias, ranges.bias),
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from handsim.grasping.planning import own_object
+from handsim.grasping.planning.trials import own_object
 from handsim.grasping.rollout_file import read_rollout
 
 
@@ -21,7 +21,7 @@ def can(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(own_object, "MOST_TRIED", 2)
+    monkeypatch.setattr(own_object, "MOST_TRIED", 3)
     monkeypatch.setattr(own_object, "N_COMPARED", 1)
 
 
@@ -72,12 +72,13 @@ def test_an_own_object_is_grasped_and_the_choice_is_said(run, can, tmp_path, qui
     out = tmp_path / "out"
     said = run("grasp", "demonstrator", "--object", can, "--mass", "0.35", "--jobs", "1",
                "-o", out, "--json")  # fmt: skip
-    assert "chosen: can from" in said.err and "2 of 2 grasps held when tried" in said.err
+    # Four fingers from above slip on a smooth can; three do not, nor four from the side.
+    assert "chosen: can from" in said.err and "2 of 3 grasps held when tried" in said.err
     assert "guessed: unit mm" in said.err
     verdict = said.json()
     assert (verdict["task"], verdict["nominal_success"]) == ("can-lift", True)
     assert verdict["grasp"]["fingers"][0] == "thumb"
-    assert verdict["grasps_tried"] == 2
+    assert (verdict["grasps_tried"], verdict["grasps_held_by_script"]) == (3, 2)
     assert verdict["object"]["mass_kg"] == 0.35
     assert read_rollout(out / "can-lift.npz").outcome.success
 

@@ -140,7 +140,7 @@ def test_a_perturbed_trial_is_drawn_as_it_was_published():
         assert trial.object_offset[2] == pytest.approx(np.deg2rad(3.0) * mixed[2])
         assert trial.friction == pytest.approx(0.5 + 0.3 * u[3])
         assert trial.mass_scale == pytest.approx(1 + 0.2 * mixed[4])
-        assert trial.shake == 2.0
+        assert (trial.shake, trial.bias) == (2.0, 0.0)
         assert not trial.nominal
         assert trial == perturb(Conditions(), seed)
         assert trial != perturb(Conditions(), seed + 1)
@@ -148,8 +148,9 @@ def test_a_perturbed_trial_is_drawn_as_it_was_published():
 
 def test_a_perturbed_trial_keeps_the_hand():
     left = Conditions(
-        hand=HandSize(0.17, 0.08, "left"), seed=3, base="free", bias=0.05, latency=0.02
-    )
+        hand=HandSize(0.17, 0.08, "left"), seed=3, base="free", bias=0.05, drift=0.01,
+        latency=0.02, lost=0.1,
+    )  # fmt: skip
     trial = perturb(left, 5)
     assert trial.hand == left.hand
     varied = {
@@ -158,6 +159,17 @@ def test_a_perturbed_trial_keeps_the_hand():
         if getattr(trial, field.name) != getattr(left, field.name)
     }
     assert varied == {"seed", "nominal", "friction", "mass_scale", "object_offset", "shake"}
+
+
+@pytest.mark.parametrize(
+    ("given", "asked", "expected"),
+    [(0.0, 0.0, 0.0), (0.05, 0.0, 0.05), (0.0, 0.02, 0.02), (0.05, 0.02, 0.05), (3.14, 0.1, 3.14)],
+)
+def test_a_perturbed_glove_is_off_by_its_ranges_or_by_what_it_was_before(given, asked, expected):
+    """A trial with a glove that is off keeps it, and is drawn as others are."""
+    trial = perturb(Conditions(bias=given), 5, Perturbation(bias=asked))
+    assert trial.bias == expected
+    assert replace(trial, bias=0.0) == perturb(Conditions(), 5)
 
 
 def test_other_ranges_are_taken_where_they_are_given():

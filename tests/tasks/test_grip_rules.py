@@ -219,6 +219,7 @@ def test_a_finger_that_clicks_is_no_side_of_the_grip():
     assert not opposed(clicking).any()
     assert opposed(clicking, working(CLICK)).all()
     assert judge(clicking, CLICK).opposed == 1.0
+    assert broken(clicking, CLICK) is None
     press[:, INDEX + 2] = 0.0
     assert judge(pressing(hinged(0.0, 3.0), press), CLICK).reason == "not opposed"
 

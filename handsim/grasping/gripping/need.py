@@ -28,7 +28,7 @@ def _cone() -> Array:
 _CONE = _cone()
 
 
-class Contacts(NamedTuple):
+class HandContacts(NamedTuple):
     """Contacts of hand and object.
 
     Attributes
@@ -45,7 +45,7 @@ class Contacts(NamedTuple):
     torsion: Array
 
 
-def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:
+def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> HandContacts:
     """Return the contacts of hand and object in a state that `mj_forward` has been called for."""
     contact = data.contact
     root = model.body_rootid[model.geom_bodyid[contact.geom]]
@@ -54,7 +54,7 @@ def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:
     held = ((first == hand) & (second == object_id)) | ((first == object_id) & (second == hand))
     # MuJoCo's normal points from the first geom to the second.
     sign = np.where(second[held] == object_id, 1.0, -1.0)
-    return Contacts(
+    return HandContacts(
         contact.pos[held],
         sign[:, None] * contact.frame[held, :3],
         contact.friction[held, 0],
@@ -62,7 +62,7 @@ def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:
     )
 
 
-def least_grip(contacts: Contacts, centre: Array, force: Array) -> float:
+def least_grip(contacts: HandContacts, centre: Array, force: Array) -> float:
     """Return the least normal force a side that carries a load, not counted below `LEAST` [N].
 
     It is half of the least sum of normal forces with which friction and torsion at the contacts
@@ -94,7 +94,7 @@ def least_grip(contacts: Contacts, centre: Array, force: Array) -> float:
     return LEAST if found.x is None else max(LEAST, 0.5 * float(found.x[:n].sum()))
 
 
-def _edges(contacts: Contacts, centre: Array) -> Array:
+def _edges(contacts: HandContacts, centre: Array) -> Array:
     """Return wrenches (6, n) [N], [N m] of unit normal forces along the edges of all cones."""
     normals = contacts.normals
     helper = np.eye(3)[np.abs(normals).argmin(axis=1)]

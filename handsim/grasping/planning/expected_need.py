@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from handsim.grasping.gripping.need import Contacts, least_grip
+from handsim.grasping.gripping.need import HandContacts, least_grip
 from handsim.hand.mjcf import FRICTION
 from handsim.objects.mjcf import read_mesh
 from handsim.objects.object import GraspObject, TriangleMesh
@@ -52,7 +52,7 @@ def _centroid(mesh: TriangleMesh) -> Array:
     return (volumes[:, None] * (a + b + c) / 4.0).sum(axis=0) / volumes.sum()
 
 
-def _pressing(task: Task, friction: float) -> Contacts:
+def _pressing(task: Task, friction: float) -> HandContacts:
     """Return the contacts of thumb and fingers as the grasp has them, object frame."""
     grasp = task.grasp
     across = np.array(grasp.opposition) / np.linalg.norm(grasp.opposition)
@@ -66,7 +66,9 @@ def _pressing(task: Task, friction: float) -> Contacts:
     normals = [across, *(-across for _ in fingers)]
     n = len(points)
     torsion = FRICTION[1] * friction / FRICTION[0]
-    return Contacts(np.array(points), np.array(normals), np.full(n, friction), np.full(n, torsion))
+    return HandContacts(
+        np.array(points), np.array(normals), np.full(n, friction), np.full(n, torsion)
+    )
 
 
 def _upwards(task: Task) -> Iterator[Array]:

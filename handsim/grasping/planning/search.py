@@ -6,10 +6,12 @@ from dataclasses import replace
 import cma
 import numpy as np
 
+from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions, Perturbation, perturb
 from handsim.grasping.plan import GraspPlan, schedule_for
-from handsim.grasping.rollout.commands import Commands
+from handsim.grasping.rollout.commands import expected_path, read_at
 from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.record import Rollout
 from handsim.tasks.grip_rules import (
     MAX_MARGIN,
@@ -63,10 +65,11 @@ def tried_conditions(nominal: Conditions, n_perturbed: int) -> list[Conditions]:
 
 
 def cost_of(rollout: Rollout, task: Task) -> float:
-    """Return the cost of a run: at least 1 where it failed, -1 to 0 where it held.
+    """Return the cost of a run: 1 to 5.9 where it failed, -1 to 0.9 where it held.
 
     A failure costs less the longer it held, the more of the task it did, and the less it breaks the
-    rules of every grasp. A success costs less the farther it is from all limits.
+    rules of every grasp. A success costs less the farther it is from all limits; above 0 it takes
+    an arm strained beyond `MAX_STRAIN`, which no rule forbids.
     """
     outcome, rule = rollout.outcome, task.rule
     slip = min(outcome.peak_slip_m / rule.slip, 5.0)
@@ -80,18 +83,26 @@ def cost_of(rollout: Rollout, task: Task) -> float:
     squeezed = rollout.contact_force[rollout.time > rollout.phases[1].start]
     grip = float((squeezed > 0).mean(axis=0).mean())
     missing = (1 - held) + 0.5 * (1 - lifted) + (1 - outcome.done) + 0.5 * (1 - grip)
-    broken = sum(min(each - 1.0, 4.0) for each in used if each > 1.0)
+    broken = sum(each - 1.0 for each in used if each > 1.0)
     broken += 1.0 - min(outcome.opposed / OPPOSED_SHARE, 1.0)
     return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * min(broken, 3.0)
+
+
+def strain_of(plan: GraspPlan, task: Task, arm: ReachingArm) -> float:
+    """Return how far from natural an arm is at worst that follows a plan (`ArmPosture.strain`).
+
+    The task is that of the arm's side. No run is made.
+    """
+    schedule = schedule_for(task)
+    pos, quat = expected_path(plan, task, schedule).poses(read_at(schedule))
+    return float(arm.posture(pos, quat, plan.q_goal[WRIST_COLUMNS]).strain.max())
 
 
 def out_of_reach(scene: Scene, plan: GraspPlan) -> float | None:
     """Return the cost of a plan that no arm can follow, which needs no run; None for others."""
     if scene.arm is None:
         return None
-    commands = Commands.of(plan, scene.task, schedule_for(scene.task), scene.conditions.hand)
-    reach = commands.reached(scene.arm, plan.q_goal).reach
-    strain = 0.0 if reach is None else float(reach.strain.max())
+    strain = strain_of(plan, scene.task, scene.arm)
     return None if strain <= NO_ARM else WORST + min(strain, 100.0) / 20.0
 
 

@@ -84,10 +84,7 @@ class Commands:
         cls, plan: GraspPlan, task: Task, schedule: Schedule, size: HandSize = MEDIAN_HAND
     ) -> "Commands":
         """Return the commands of a run that nothing disturbs, for a hand of some size."""
-        times = np.arange(round(schedule.end * RATE) + 1) / RATE
-        expected = Rotation.from_euler("z", np.deg2rad(task.yaw_deg))
-        there = Pose(np.zeros(3), expected.as_quat(scalar_first=True))
-        path = PalmPath(plan, task, schedule, there)
+        times, path = read_at(schedule), expected_path(plan, task, schedule)
         palm_pos, palm_quat = path.poses(times)
         action = round(schedule.action_start * RATE)
         lift = palm_pos[:, 2] - palm_pos[action, 2]
@@ -153,6 +150,18 @@ class Commands:
         are never lost.
         """
         return (self.lift >= 2 * LOST) & (required >= LOST)
+
+
+def read_at(schedule: Schedule) -> Array:
+    """Return the times at which the glove is read, (n,) [s]."""
+    return np.arange(round(schedule.end * RATE) + 1) / RATE
+
+
+def expected_path(plan: GraspPlan, task: Task, schedule: Schedule) -> PalmPath:
+    """Return the palm's path to an object that stands as the task says."""
+    expected = Rotation.from_euler("z", np.deg2rad(task.yaw_deg))
+    there = Pose(np.zeros(3), expected.as_quat(scalar_first=True))
+    return PalmPath(plan, task, schedule, there)
 
 
 def _load(palm_pos: Array) -> Array:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from handsim.grasping.gripping import grip as grip_module
 from handsim.grasping.gripping.grip import (
     BEYOND,
     GRIP,
@@ -20,7 +21,6 @@ from handsim.grasping.gripping.grip import (
     shares_of,
 )
 from handsim.grasping.gripping.squeeze import squeeze_offset
-from handsim.grasping.rollout import grip as grip_module
 from handsim.hand.strength import FINGERTIP_FORCE, SATURATION
 from handsim.joints import FINGERS, JOINT_INDEX, JOINTS
 
@@ -156,6 +156,16 @@ def test_fingers_touch_lightly_until_the_hand_has_closed():
     for closed, thumb in ((0.0, LIGHT), (1 / 3, LIGHT + 0.5 * (4 - LIGHT)), (0.7, 4.0)):
         forces = pressing(layer(), 80, closed=closed)
         assert forces[THUMB] == pytest.approx(thumb, rel=0.01)
+
+
+def test_what_yields_easily_is_touched_no_harder_than_it_is_gripped():
+    """Scissors are gripped with less than fingers touch other things with."""
+    grip = 0.4
+    assert grip < IDLE < LIGHT
+    for closed in (0.0, 1.0):
+        forces = pressing(layer(grip), 120, fingers=(0, 1, RING), closed=closed)
+        assert forces[THUMB] == pytest.approx(grip, rel=0.01)
+        assert forces[RING] == pytest.approx(grip, rel=0.02)
 
 
 def test_fingers_that_the_grasp_does_not_use_hardly_press():

@@ -6,7 +6,7 @@ import pytest
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.gripping.need import (
     LEAST,
-    Contacts,
+    HandContacts,
     _edges,
     contacts_at,
     least_grip,
@@ -15,21 +15,21 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import FRICTION
 from handsim.tasks.table_one import task_by_name
 
-from .in_hand import pushed_into
+from ..rollout.in_hand import pushed_into
 
 CENTRE = np.zeros(3)
 COARSE = 1 / np.cos(np.pi / 8)
 """How much too large a need comes out at most, for the edges that stand for a cone."""
 
 
-def contacts(*places, friction=0.8, torsion=0.005) -> Contacts:
+def contacts(*places, friction=0.8, torsion=0.005) -> HandContacts:
     """Contacts from places (3,) and normals (3,)."""
     points, normals = (np.array([each[i] for each in places], dtype=float) for i in (0, 1))
     n = len(places)
-    return Contacts(points, normals, np.full(n, friction), np.full(n, torsion))
+    return HandContacts(points, normals, np.full(n, friction), np.full(n, torsion))
 
 
-def pinch(left: float = 0.03, right: float = 0.03, aside: float = 0.0, **values) -> Contacts:
+def pinch(left: float = 0.03, right: float = 0.03, aside: float = 0.0, **values) -> HandContacts:
     """Two sides that press against each other along y, ``aside`` of the centre along x [m]."""
     return contacts(([aside, -left, 0], [0, 1, 0]), ([aside, right, 0], [0, -1, 0]), **values)
 
@@ -114,7 +114,7 @@ def test_a_third_contact_never_makes_it_worse():
     for _ in range(10):
         held = pinch(aside=float(generator.uniform(0, 0.02)))
         point, normal = generator.normal(size=(2, 3)) * [[0.03], [1.0]]
-        more = Contacts(
+        more = HandContacts(
             np.vstack([held.points, point]),
             np.vstack([held.normals, normal / np.linalg.norm(normal)]),
             np.append(held.friction, 0.8),
@@ -130,9 +130,9 @@ def test_many_contacts_at_once_are_those_one_by_one():
     points, normals = generator.normal(size=(2, 5, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     friction, torsion = generator.uniform(0.3, 1.0, 5), generator.uniform(0.002, 0.01, 5)
-    edges = _edges(Contacts(points, normals, friction, torsion), CENTRE)
+    edges = _edges(HandContacts(points, normals, friction, torsion), CENTRE)
     single = [
-        _edges(Contacts(*(each[[i]] for each in (points, normals, friction, torsion))), CENTRE)
+        _edges(HandContacts(*(each[[i]] for each in (points, normals, friction, torsion))), CENTRE)
         for i in range(5)
     ]
     np.testing.assert_allclose(edges, np.hstack(single), atol=1e-12)
@@ -141,7 +141,7 @@ def test_many_contacts_at_once_are_those_one_by_one():
 def test_edges_lie_on_the_cone_that_the_simulation_has():
     """Unit normal force, friction and torsion on one ellipsoid, torque about the centre."""
     point, normal = np.array([[0.02, -0.01, 0.03]]), np.array([[0.0, 0.6, 0.8]])
-    edges = _edges(Contacts(point, normal, np.array([0.5]), np.array([0.004])), CENTRE).T
+    edges = _edges(HandContacts(point, normal, np.array([0.5]), np.array([0.004])), CENTRE).T
     assert len(edges) == 26
     force, torque = edges[:, :3], edges[:, 3:]
     np.testing.assert_allclose(force @ normal[0], 1.0)

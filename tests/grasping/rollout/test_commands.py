@@ -8,15 +8,17 @@ from scipy.spatial.transform import Rotation
 
 from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.gripping.squeeze import squeeze_offset
+from handsim.grasping.gripping.squeeze import closing, squeeze_offset
 from handsim.grasping.plan import GraspPlan, Pose, Schedule, schedule_for
 from handsim.grasping.planning.preshapes import REST
 from handsim.grasping.rollout.commands import LOST, Commands
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.grasping.rollout.glove import DataGlove
-from handsim.joints import JOINT_INDEX
+from handsim.hand.kinematics import Kinematics
+from handsim.joints import JOINT_INDEX, JOINTS
 from handsim.tasks.scene import start_pose
 from handsim.tasks.table_one import task_by_name
+from handsim.types import HandSize
 
 MOVE = task_by_name("jar-move")
 MOVE = replace(MOVE, yaw_deg=90.0, grasp=replace(MOVE.grasp, fingers=("index", "middle")))
@@ -58,10 +60,18 @@ def test_the_palm_goes_to_the_object_as_it_is_expected_to_stand(commands):
 
 
 def test_the_squeeze_begins_when_the_reach_ends_and_is_whole_in_the_action(commands):
-    whole = squeeze_offset(0.8, ("index", "middle"))
-    assert whole[JOINT_INDEX["thumb_mcp"]] == pytest.approx(np.deg2rad(8.0))
-    assert not whole[JOINT_INDEX["ring_mcp"]]
-    np.testing.assert_array_equal(commands.closing, whole)
+    fingers = squeeze_offset(0.8, ("index", "middle"))
+    assert fingers[JOINT_INDEX["index_mcp"]] == pytest.approx(np.deg2rad(0.8 * 12.0))
+    assert not fingers[JOINT_INDEX["ring_mcp"]]
+    of_thumb = [joint.finger == "thumb" for joint in JOINTS]
+    np.testing.assert_array_equal(
+        commands.closing[~np.array(of_thumb)], fingers[~np.array(of_thumb)]
+    )
+    # The thumb's most moved joint goes 12 deg times the squeeze; its pad goes the grasp's way.
+    assert np.abs(commands.closing[of_thumb]).max() == pytest.approx(np.deg2rad(0.8 * 12.0))
+    across = TURNED.inv().apply(MOVE.grasp.opposition)
+    kept = closing(REST, across, MOVE.grasp.fingers, 0.8, Kinematics(HandSize()))
+    np.testing.assert_allclose(commands.closing, kept, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(commands.closed[:121], 0.0)
     assert commands.closed[122] > 0.0
     assert commands.closed[145] == pytest.approx(0.5)

@@ -110,7 +110,10 @@ def test_commands_are_what_the_driver_wants_with_the_squeeze_added(made):
     wanted = told(made) + (made.commands.closed[:, None] + sought) * made.commands.closing
     ctrl = made.run.ctrl[:, made.scene.hand.ctrl_index]
     np.testing.assert_allclose(ctrl, np.clip(wanted, LOWER, UPPER), rtol=0, atol=1e-12)
-    assert (made.commands.closing > 0).sum() == 11
+    # Three flexions each of three fingers; of the thumb all joints, the abduction backwards.
+    moved = np.flatnonzero(made.commands.closing)
+    assert len(moved) == 9 + 4
+    assert moved[made.commands.closing[moved] < 0].tolist() == [JOINT_INDEX["thumb_abduction"]]
 
 
 def test_an_arm_is_commanded_to_bring_the_palm_where_it_is_to_be(on_arm):

@@ -1,5 +1,5 @@
-"""Brief runs of proposed grasps of own objects, by script and with a learned controller.
+"""Grasps of own objects: laid out before the person, tried by script, planned for a controller.
 
-In: a task of raising an object by one grasp, and conditions. Out: what the runs cost. May import
-the modules of `planning` and `grasping.rollout`.
+In: an object that is in no table, and conditions. Out: the task of raising it by the grasp that was
+chosen, and what grasps it so. May import the modules of `planning` and `grasping.rollout`.
 """

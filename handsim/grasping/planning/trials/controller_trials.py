@@ -12,7 +12,13 @@ from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets
 from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips, pad_targets
 from handsim.grasping.planning.planner import ARRIVALS, EDGE, LEVERS, NO_WAY, run_plan
-from handsim.grasping.planning.search import cost_of, robust_cost, shortened, tried_conditions
+from handsim.grasping.planning.search import (
+    cost_of,
+    out_of_reach,
+    robust_cost,
+    shortened,
+    tried_conditions,
+)
 from handsim.grasping.planning.trials.scripted_trials import N_PERTURBED
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
@@ -88,6 +94,9 @@ def _cost_on(controller: GraspController, scene: Scene, plan: GraspPlan) -> floa
         controller.check_goal(plan.goal_in(controller.subspace))
     except InputError:  # the controller refuses it
         return NO_WAY
+    far = out_of_reach(scene, plan)
+    if far is not None:
+        return far
     return cost_of(run_plan(controller, scene, plan, brief=True), scene.task)
 
 

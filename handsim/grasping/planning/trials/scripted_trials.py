@@ -20,14 +20,13 @@ from handsim.grasping.planning.search import (
     tried_conditions,
 )
 from handsim.grasping.planning.trial_variation import USUAL, trial_variation
+from handsim.grasping.planning.trials.laying import LaidGrasp
 from handsim.grasping.pool import in_order, processes
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
-from handsim.objects.object import GraspObject
 from handsim.objects.proposals import Proposal
-from handsim.tasks.lift import lift_task
 from handsim.tasks.task import Task
 from handsim.types import Progress
 
@@ -43,7 +42,7 @@ FAILED = 1.0
 
 @dataclass(frozen=True)
 class TriedGrasp:
-    """A proposal, its task, and the cost of one brief run of it: below 0 where it held."""
+    """A proposal, its task, and the cost of one brief run of it: below `FAILED` where it held."""
 
     proposal: Proposal
     task: Task
@@ -67,9 +66,8 @@ class ScriptedGrasper:
 
 
 def try_by_script(
-    grasp_object: GraspObject,
+    laid: Sequence[LaidGrasp],
     conditions: Conditions,
-    proposals: Sequence[Proposal],
     *,
     n_jobs: int = 1,
     progress: Progress | None = None,
@@ -78,23 +76,21 @@ def try_by_script(
 
     Parameters
     ----------
-    grasp_object
+    laid
+        What to try.
     conditions
         Of the runs.
-    proposals
-        What to try.
     n_jobs
         Processes at once.
     progress
         Called with the fraction done.
     """
-    tasks = [lift_task(grasp_object, each.grasp) for each in proposals]
-    costs = in_order(processes(n_jobs), script_cost, [(task, conditions) for task in tasks])
+    costs = in_order(processes(n_jobs), script_cost, [(each.task, conditions) for each in laid])
     tried: list[TriedGrasp] = []
-    for i, (task, proposal, cost) in enumerate(zip(tasks, proposals, costs, strict=True), start=1):
-        tried.append(TriedGrasp(proposal, task, cost))
+    for i, (each, cost) in enumerate(zip(laid, costs, strict=True), start=1):
+        tried.append(TriedGrasp(each.proposal, each.task, cost))
         if progress is not None:
-            progress(i / len(tasks))
+            progress(i / len(laid))
     return tuple(tried)
 
 

@@ -1,8 +1,9 @@
 """A grasp of an object that is in no table: proposals are tried in physics, the best is planned.
 
-Each grasp of a short list is first run by script, once and briefly. What holds is confirmed in
-perturbed runs. For a learned controller the most promising of them are then fitted to its subspace
-and run briefly too, and the best few are planned in full until one holds.
+For each grasp the object is laid so that the arm comes to it with ease; what no arm comes to is
+passed over. The grasps of a short list are first run by script, once and briefly. What holds is
+confirmed in perturbed runs. For a learned controller the most promising of them are then fitted to
+its subspace and run briefly too, and the best few are planned in full until one holds.
 """
 
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ from handsim.grasping.planning.plan_key import key_for, planned_for
 from handsim.grasping.planning.plan_store import StoredPlan
 from handsim.grasping.planning.planner import plan_grasp, run_plan
 from handsim.grasping.planning.trials.controller_trials import fit_and_run, plan_cost
+from handsim.grasping.planning.trials.laying import lay_out
 from handsim.grasping.planning.trials.scripted_trials import (
     GENERATIONS,
     N_PERTURBED,
@@ -30,8 +32,7 @@ from handsim.grasping.pool import in_order, processes
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
 from handsim.objects.object import GraspObject
-from handsim.objects.proposals import MOST_TRIED, Proposal, propose_grasps, short_list
-from handsim.tasks.lift import lift_task
+from handsim.objects.proposals import MOST_TRIED, Proposal
 from handsim.tasks.task import Task
 from handsim.types import Progress
 
@@ -54,7 +55,7 @@ class OwnGrasp:
     Attributes
     ----------
     task
-        Raising it by the grasp that was chosen.
+        Raising it by the grasp that was chosen, laid for it.
     grasper
         Grasps it so, under any conditions.
     proposal
@@ -86,7 +87,7 @@ def grasp_by_script(
     ----------
     grasp_object
     conditions
-        Only the hand of them counts.
+        Only the hand and what carries it count of them.
     n_jobs
         Processes at once.
     progress
@@ -95,13 +96,13 @@ def grasp_by_script(
     Raises
     ------
     InputError
-        If no grasp can be proposed.
+        If no grasp can be proposed, or the arm comes to none.
     """
     usual = planned_for(conditions)
-    proposals = short_list(propose_grasps(grasp_object), MOST_TRIED)
-    tried = try_by_script(
-        grasp_object, usual, proposals, n_jobs=n_jobs, progress=_part(progress, 0.0, 0.4)
+    laid = lay_out(
+        grasp_object, usual, MOST_TRIED, n_jobs=n_jobs, progress=_part(progress, 0.0, 0.1)
     )
+    tried = try_by_script(laid, usual, n_jobs=n_jobs, progress=_part(progress, 0.1, 0.4))
     ranked = sorted(tried, key=lambda each: each.cost)
     pool = processes(n_jobs)
     compared = [each for each in ranked[:N_COMPARED] if each.held]
@@ -152,19 +153,19 @@ def grasp_by_controller(
     Raises
     ------
     InputError
-        If no grasp can be proposed, or the grasper replays recorded destinations.
+        If no grasp can be proposed, the arm comes to none, or the grasper replays recorded
+        destinations.
     """
     if grasper.mode == "replay":
         raise InputError("an own object has no recorded destination; plan one (--plan)")
     usual = planned_for(conditions)
-    proposals = short_list(propose_grasps(grasp_object), MOST_TRIED)
-    for proposal in proposals:
-        task = lift_task(grasp_object, proposal.grasp)
-        if isinstance(grasper.look_up(task, usual), GraspPlan):  # planned by an earlier call
-            return OwnGrasp(task, grasper, proposal, 0, 0, held=True)
-    tried = try_by_script(
-        grasp_object, usual, proposals, n_jobs=n_jobs, progress=_part(progress, 0.0, 0.25)
+    laid = lay_out(
+        grasp_object, usual, MOST_TRIED, n_jobs=n_jobs, progress=_part(progress, 0.0, 0.05)
     )
+    for each in laid:
+        if isinstance(grasper.look_up(each.task, usual), GraspPlan):  # planned by an earlier call
+            return OwnGrasp(each.task, grasper, each.proposal, 0, 0, held=True)
+    tried = try_by_script(laid, usual, n_jobs=n_jobs, progress=_part(progress, 0.05, 0.25))
     fitted = _fitted(grasper.controller, tried, usual, n_jobs, _part(progress, 0.25, 0.6))
     best: tuple[TriedGrasp, GraspPlan, bool] | None = None
     for cost, each, plan in fitted[:N_COMPARED]:

@@ -10,10 +10,11 @@ import trimesh
 from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.planning import own_object
 from handsim.grasping.planning.grasper import ControllerGrasper
-from handsim.grasping.planning.own_object import grasp_by_controller, grasp_by_script
 from handsim.grasping.planning.plan_store import PlanStore
+from handsim.grasping.planning.trials import laying, own_object
+from handsim.grasping.planning.trials.laying import laid_for
+from handsim.grasping.planning.trials.own_object import grasp_by_controller, grasp_by_script
 from handsim.grasping.planning.trials.scripted_trials import script_cost
 from handsim.learning.controller import GraspController
 from handsim.objects.object import GraspObject, Piece, TriangleMesh, box
@@ -43,7 +44,7 @@ def proposals(block: GraspObject) -> tuple[Proposal, ...]:
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch, proposals: tuple[Proposal, ...]) -> pytest.MonkeyPatch:
     """Few grasps, so that this takes seconds."""
-    monkeypatch.setattr(own_object, "propose_grasps", lambda block: proposals)
+    monkeypatch.setattr(laying, "propose_grasps", lambda block: short_list(proposals, 6))
     monkeypatch.setattr(own_object, "MOST_TRIED", 3)
     monkeypatch.setattr(own_object, "N_COMPARED", 1)
     monkeypatch.setattr(own_object, "N_FITTED", 1)
@@ -57,8 +58,10 @@ def test_by_script_the_grasp_that_holds_best_is_chosen(
     chosen = grasp_by_script(block, Conditions(), progress=done.append)
     assert (chosen.n_tried, chosen.n_held, chosen.held) == (3, 3, True)
     costs = {
-        each.grasp: script_cost(lift_task(block, each.grasp), Conditions())
-        for each in short_list(proposals, 3)
+        each.grasp: script_cost(
+            laid_for(lift_task(block, each.grasp), Conditions())[0], Conditions()
+        )
+        for each in short_list(short_list(proposals, 6), 3)
     }
     assert costs[chosen.proposal.grasp] == min(costs.values()) < 0
     assert chosen.grasper(chosen.task, Conditions()).outcome.success
