@@ -110,7 +110,7 @@ models: setup
 
 assets: setup
 	$(BIN)/python assets/objects/make.py
-	$(BIN)/python assets/experiments/make.py
+	$(BIN)/python assets/make_experiments.py
 	mkdir -p out
 	$(BIN)/handsim learn -o out/built-in.npz
 	$(BIN)/handsim grasp out/built-in.npz --task all --jobs 2

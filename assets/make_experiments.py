@@ -1,7 +1,7 @@
 """The built-in experiments: the demonstrator's reaches as a virtual data glove reads them.
 
 They stand in for the paper's 24 recordings, which were not published, and are synthetic: made by
-script and simulation, not by a person. ``python assets/experiments/make.py [FOLDER]`` makes them
+script and simulation, not by a person. ``python assets/make_experiments.py [FOLDER]`` makes them
 again.
 """
 
@@ -32,5 +32,5 @@ def built_in_experiments() -> RecordingSet:
 
 
 if __name__ == "__main__":
-    here = Path(__file__).parent
+    here = Path(__file__).parent / "experiments"
     write_recordings(built_in_experiments(), Path(sys.argv[1]) if len(sys.argv) > 1 else here)
