@@ -34,12 +34,19 @@ SEEKING, SOUGHT = 4.0, 2.0
 """How fast a finger that has met nothing closes on, and how far, in units of the squeeze [1/s]."""
 SHORT = float(np.deg2rad(2.0))
 """Shorter ways than this say nothing about a direction [rad]."""
-SLIP, SLIP_DOUBLES, MOST = 0.0015, 0.003, 3.0
-"""Slip beyond which the grip tightens [m], what more of it doubles the grip [m], and its limit."""
+SURPRISE = 1.15
+"""Load beyond what was to be carried at which the grip begins to follow it: what things weigh is
+felt as they are lifted (Johansson and Westling 1984)."""
+SLIDES, SLIP_DOUBLES, MOST = 0.03, 0.003, 3.0
+"""Speed in the palm above which things slide, and do not only give way [m/s]; how far they slide
+while the grip grows by what it was [m]; and how many times as hard it becomes at most."""
+
+FOLLOWS = 0.15
+"""How long the thumb takes part after the grip has last tightened [s]."""
 
 GRIP = (
     *(TOUCH, LIGHT, IDLE, SMOOTHING, SETTLING, BEYOND, SEEKING, SOUGHT, SHORT),
-    *(SLIP, SLIP_DOUBLES, MOST),
+    *(SURPRISE, SLIDES, SLIP_DOUBLES, MOST),
 )
 """What plans are made for, beside the task."""
 
@@ -98,7 +105,8 @@ class GripLayer:
         self._any_touched = False
         self._holds = np.zeros((n, len(JOINTS)), dtype=bool)
         self._used, self._light = self.shares > 0.0, np.minimum(LIGHT, self.grip)
-        self._more, self._loose = self.grip - self._light, np.ones(n)
+        self._more, self._tighter = self.grip - self._light, np.ones(n)
+        self._since = np.ones(n)
 
     def command(
         self,
@@ -106,6 +114,7 @@ class GripLayer:
         q: Array,
         forces: Array,
         slip: Array | None,
+        load: Array | None,
         closed: float,
         dt: float,
         *,
@@ -121,9 +130,11 @@ class GripLayer:
             Measured posture.
         forces : (n, 5) [N]
             Measured normal forces of the fingers.
-        slip : (n,) [m]
-            How far the object has moved in the palm since the action began; None before, and where
-            it is not carried.
+        slip : (n,) [m/s]
+            How fast the object moves in the palm; None before the action, and where it is not
+            carried.
+        load : (n,)
+            What the hand carries, relative to what it was to carry; None as for ``slip``.
         closed
             How far the squeeze has come, 0 to 1: the grip grows with it.
         dt : [s]
@@ -143,19 +154,23 @@ class GripLayer:
         free = told + (closed + self.sought) * self.closing
         if not self._any_touched:
             return free
-        self._settle(slip, closed, dt, acting)
+        self._settle(slip, load, closed, dt, acting)
         way = told + self.closing - self.at
         longest = np.maximum.reduceat(np.abs(way)[:, _BY_FINGER], _STARTS, axis=1)
         scale = (self.press / np.maximum(longest, SHORT))[:, _COLUMNS]
         return np.where(self._holds, self.at + scale * way, free)
 
-    def _settle(self, slip: Array | None, closed: float, dt: float, acting: bool) -> None:
+    def _settle(
+        self, slip: Array | None, load: Array | None, closed: float, dt: float, acting: bool
+    ) -> None:
         """Press more where there is too little force, less where there is too much."""
         level = self._light + min(1.5 * closed, 1.0) * self._more
-        tighter = self._loose
-        if slip is not None:
-            tighter = np.minimum(np.maximum(1.0 + (slip - SLIP) / SLIP_DOUBLES, 1.0), MOST)
-            level = level * tighter
+        if slip is not None and load is not None:
+            before = self._tighter
+            slipped = before + dt * np.maximum(slip - SLIDES, 0.0) / SLIP_DOUBLES
+            self._tighter = np.minimum(np.maximum(slipped, load / SURPRISE), MOST)
+            self._since = (self._since + dt) * (self._tighter <= before)
+            level = level * self._tighter
         wanted = np.where(
             self._used, level[:, None] * self.shares, np.minimum(IDLE, level)[:, None]
         )
@@ -163,6 +178,6 @@ class GripLayer:
         if acting:
             # The thumb supports what the fingers press: two that both correct would push the
             # object to and fro. What the action flexes presses as far as it says.
-            step[:, 0] *= tighter > 1.0
+            step[:, 0] *= self._since < FOLLOWS
             step[:, self.flexed] = 0.0
         self.press = np.minimum(np.maximum(self.press + step * self.touched, -BEYOND), BEYOND)

@@ -55,6 +55,8 @@ class Commands:
         How far the palm has risen since the action began; minus infinity before.
     load : (n, ..., 3) [m/s^2]
         Force on each kilogram with which the palm carries: against gravity, and to accelerate.
+    weight : (n, ...) [N]
+        What the hand is to carry, upwards.
     disturbance : (n, ..., 22) [rad]
         The glove's noise and bias.
     lost : (n, ...)
@@ -75,6 +77,7 @@ class Commands:
     lifted: bool
     lift: Array
     load: Array
+    weight: Array
     disturbance: Array
     lost: Mask
     reach: ArmPosture | None = None
@@ -108,6 +111,7 @@ class Commands:
             lifted=task.rule.lifted,
             lift=lift,
             load=_load(palm_pos),
+            weight=task.object.mass * _load(palm_pos)[:, 2],
             disturbance=np.zeros((len(times), N_JOINTS)),
             lost=np.zeros(len(times), dtype=bool),
         )
@@ -139,7 +143,7 @@ class Commands:
     @classmethod
     def together(cls, commands: Sequence["Commands"]) -> "Commands":
         """Return the commands of several runs of one schedule, with the runs as second axis."""
-        names = ("palm_pos", "palm_quat", "lift", "load", "disturbance", "lost")
+        names = ("palm_pos", "palm_quat", "lift", "load", "weight", "disturbance", "lost")
         stacked = {name: np.stack([getattr(each, name) for each in commands], 1) for name in names}
         return replace(commands[0], **stacked)
 

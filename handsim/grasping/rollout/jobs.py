@@ -21,6 +21,12 @@ from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, LOWER, UPPER
 from handsim.types import Array, Index
 
+FEELING = 0.25
+"""Time constant with which an arm that carries something is put where it was to be [s]: people see
+and feel that it sags, and lift more."""
+MOST_FELT = 0.3
+"""Most that targets are moved for it [rad]: half of what a joint's greatest torque asks for."""
+_FELT = 1.0 / (FEELING * RATE)
 COMMANDS = ("ctrl", "mocap_pos", "mocap_quat")
 """MuJoCo's arrays that a run commands."""
 
@@ -76,13 +82,15 @@ class ArmCommands:
 
     Attributes
     ----------
-    ctrl
-        Where their actuators are in MuJoCo's arrays.
-    arm, wrist : (n_readings, n_runs, 5), (n_readings, n_runs, 2) [rad]
-        Targets of the arm, which lead as compliant joints need it, and of the wrist.
+    qpos, ctrl
+        Where the arms' joints and actuators are in MuJoCo's arrays.
+    path, arm, wrist : (n_readings, n_runs, 5), twice, and (n_readings, n_runs, 2) [rad]
+        Where arms are to be, targets that lead as compliant joints need it, and those of wrists.
     """
 
+    qpos: Index
     ctrl: Index
+    path: Array
     arm: Array
     wrist: Array
 
@@ -93,9 +101,10 @@ class ArmCommands:
             return None
         found = [each.reach for each in commands if each.reach is not None]
         geometry = scene.arm.geometry
-        arms = [leading_targets(each.arm, 1.0 / RATE, geometry) for each in found]
-        wrists = [each.wrist for each in found]
-        return cls(scene.arm_ctrl, np.stack(arms, axis=1), np.stack(wrists, axis=1))
+        paths = [each.arm for each in found]
+        arms = [leading_targets(path, 1.0 / RATE, geometry) for path in paths]
+        made = (np.stack(each, axis=1) for each in (paths, arms, [each.wrist for each in found]))
+        return cls(scene.arm_qpos, scene.arm_ctrl, *made)
 
 
 @dataclass
@@ -148,6 +157,7 @@ class Group:
         self._reference = self.driver.start(len(self.qpos))
         self._measured: deque[tuple[Array, Array]] = deque(maxlen=self.delay + 1)
         self._told: Array = np.empty(0)
+        self._sags: Array = np.zeros(1)
         # Numbers are faster than arrays of one.
         self._closed: list[float] = self.commands.closed.tolist()
         self._any_lost = [any(row) for row in self.commands.lost.tolist()]
@@ -165,18 +175,28 @@ class Group:
         readings, forces = self._measured[0]
         told = self._tell(tick, readings)
         acting = tick >= commands.action
-        slip = None
+        slip = load = None
         if acting and commands.lifted:
-            apart = self.sensors.apart(self.sensordata)
-            if tick == commands.action:
-                self._apart = apart
-            slip = np.abs(apart - self._apart)
+            held = self.sensors.held(self.sensordata)
+            moved = held - (self._held if tick > commands.action else held)
+            self._held = held
+            moved *= moved
+            slip = RATE * np.sqrt(moved[:, 0] + moved[:, 1] + moved[:, 2])
+            load = self.sensors.carried(self.sensordata) / commands.weight[tick]
         closed = self._closed[tick]
-        q = self.grip.command(told, readings, forces, slip, closed, 1.0 / RATE, acting=acting)
+        q = self.grip.command(
+            told, readings, forces, slip, load, closed, 1.0 / RATE, acting=acting
+        )
         q = np.minimum(np.maximum(q + commands.flexion[tick], LOWER), UPPER)
+        ctrl = self.ctrl[tick]
         if self.reach is not None:
             q[:, WRIST_COLUMNS] = self.reach.wrist[tick]
-        self.ctrl[tick][:, self.hand.ctrl_index] = q
+            if slip is not None:
+                self._sags = self._sags + (self.reach.path[tick] - self.qpos[:, self.reach.qpos])
+                ctrl[:, self.reach.ctrl] += np.minimum(
+                    np.maximum(_FELT * self._sags, -MOST_FELT), MOST_FELT
+                )
+        ctrl[:, self.hand.ctrl_index] = q
 
     def _measure(self, tick: int) -> tuple[Array, Array]:
         """Return readings of the gloves (n_runs, 22) [rad] and forces of the fingers [N]."""

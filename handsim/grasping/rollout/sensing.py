@@ -44,6 +44,10 @@ _FOUND, _FORCE, _DIST, _NORM = (
     )
 )
 _NEAREST, _TOGETHER = 1, 3  # MuJoCo's ways to reduce contacts to one: "mindist", "netforce"
+_HELD = "held"
+"""Where the object's centre of mass is in the palm's frame."""
+_CARRIED = "carried"
+"""What hand and arm press the object with altogether, in the world."""
 _PREFIX = "seen_"
 """Of the names of these sensors."""
 _WIDTH, _PUSH, _DISTANCE, _DIRECTION = 8, 1, 4, slice(5, 8)
@@ -72,6 +76,23 @@ def add_sensors(spec: mujoco.MjSpec, pressed: Sequence[Pressed] = ()) -> None:
             refname="object",
             intprm=[_FOUND | _FORCE | _DIST | _NORM, 0, SLOTS],
         )
+    spec.add_sensor(
+        name=_PREFIX + _HELD,
+        type=mujoco.mjtSensor.mjSENS_FRAMEPOS,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        objname="object",
+        reftype=mujoco.mjtObj.mjOBJ_XBODY,
+        refname="palm",
+    )
+    spec.add_sensor(
+        name=_PREFIX + _CARRIED,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_XBODY,
+        objname="forearm",
+        reftype=mujoco.mjtObj.mjOBJ_XBODY,
+        refname="object",
+        intprm=[_FORCE, _TOGETHER, 1],
+    )
     _add_contact(spec, "table_force", "forearm", "table", _FORCE, _TOGETHER)
     _add_contact(spec, "table_overlap", "forearm", "table", _DIST, _NEAREST)
     for i, each in enumerate(pressed):
@@ -147,10 +168,12 @@ class Sensors:
             name: slice(end - size, end)
             for name, size, end in zip(names[:n], sizes.tolist(), ends.tolist(), strict=False)
         }
-        table = names.index("table_force")
-        self._parts = [_part(body) for body in names[n:table]]
+        held, table = names.index(_HELD), names.index("table_force")
+        self._parts = [_part(body) for body in names[n:held]]
         self._fingers = [self._parts.index(CONTACT_PARTS.index(finger)) for finger in FINGERS]
-        self._slots = slice(self.n_poses, int(starts[table] - starts[0]))
+        self._slots = slice(self.n_poses, int(starts[held] - starts[0]))
+        self._held = slice(self._slots.stop, self._slots.stop + 3)
+        self._carried = self._held.stop + 2
         self._finger_pushes = np.array(
             [
                 [
@@ -160,7 +183,7 @@ class Sensors:
                 for sensor in self._fingers
             ]
         )
-        self._table_force, self._table_overlap = self._slots.stop + 2, self._slots.stop + 3
+        self._table_force, self._table_overlap = self._carried + 3, self._carried + 4
         numbers = [name.split("_")[1] for name in names[table + 2 :]]
         self._pressed = [
             [int(ends[table + 2 + i]) for i, each in enumerate(numbers) if each == number]
@@ -210,11 +233,13 @@ class Sensors:
         """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
         return values[:, self._finger_pushes].sum(axis=2)
 
-    def apart(self, values: Array) -> Array:
-        """Return the distances of the object's centre of mass from the palm (n,) [m]."""
-        away = values[:, self._poses["object_pos"]] - values[:, self._poses["palm_pos"]]
-        away *= away
-        return np.sqrt(away[:, 0] + away[:, 1] + away[:, 2])
+    def held(self, values: Array) -> Array:
+        """Return where the object's centre of mass is in the palm's frame (n, 3) [m]."""
+        return values[:, self._held].copy()
+
+    def carried(self, values: Array) -> Array:
+        """Return the force with which hand and arm carry the object, upwards (n,) [N]."""
+        return values[:, self._carried]
 
     def table(self, values: Array) -> tuple[Array, Array]:
         """Return what the hand presses on the table (...,) [N], and its overlap with it [m]."""
