@@ -18,7 +18,9 @@ from handsim.grasping.gripping.grip import GRIP
 from handsim.grasping.gripping.squeeze import SQUEEZE_DEG
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.drivers import CORRECTION
 from handsim.grasping.rollout.glove import RATE, DataGlove
+from handsim.grasping.rollout.jobs import FEELING, MOST_FELT
 from handsim.grasping.rollout.sensing import NO_SENSORS
 from handsim.hand.mjcf import PASSING_PAIRS
 from handsim.objects.mjcf import read_mesh
@@ -46,6 +48,9 @@ _DOF = ("damping", "armature", "frictionloss", "solref", "solimp")
 # Poses of meshes and axes of inertia are left out: for round objects they depend on the last bits.
 _BODY = ("mass", "inertia", "ipos")
 _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
+
+
+_LOOP = (CORRECTION, FEELING, MOST_FELT)
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,7 @@ def key_of(scene: Scene) -> PlanKey:
         object=content_digest(object_content(scene.object), _moved(model, "object")),
         hand=content_digest(_moved(model, "forearm"), _places(model, "forearm"), PASSING_PAIRS),
         schedule=content_digest(schedule_for(task)),
-        physics=content_digest(_physics(model), RATE, DataGlove(), SQUEEZE_DEG, GRIP),
+        physics=content_digest(_physics(model), RATE, DataGlove(), SQUEEZE_DEG, GRIP, _LOOP),
     )
 
 

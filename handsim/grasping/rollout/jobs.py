@@ -184,9 +184,7 @@ class Group:
             slip = RATE * np.sqrt(moved[:, 0] + moved[:, 1] + moved[:, 2])
             load = self.sensors.carried(self.sensordata) / commands.weight[tick]
         closed = self._closed[tick]
-        q = self.grip.command(
-            told, readings, forces, slip, load, closed, 1.0 / RATE, acting=acting
-        )
+        q = self.grip.command(told, readings, forces, slip, load, closed, 1.0 / RATE, acting=acting)
         q = np.minimum(np.maximum(q + commands.flexion[tick], LOWER), UPPER)
         ctrl = self.ctrl[tick]
         if self.reach is not None:
