@@ -86,8 +86,7 @@ bench: rendering
 
 results: setup
 	mkdir -p out
-	$(BIN)/handsim learn --components 5 -o out/five-components.npz
-	$(BIN)/handsim sweep tests/benchmarks/results.toml -o out/results.csv
+	$(BIN)/python -m tests.benchmarks.human_grasps demonstrator built-in -o out/results.csv
 	$(BIN)/python tests/benchmarks/grasp_replay.py
 
 build: setup

@@ -49,11 +49,20 @@ class ReplayDriver:
     def reach(self) -> float:
         return float(self.time[-1])
 
-    def targets(self, time: float, reading: np.ndarray) -> np.ndarray:
-        return np.array([np.interp(time, self.time, joint) for joint in self.q.T])
+    def start(self, n: int) -> np.ndarray:
+        return np.empty((n, 0))
 
-    def coordinates(self, reading: np.ndarray) -> np.ndarray:
-        return np.empty((*reading.shape[:-1], 0))
+    def step(
+        self, time: float, dt: float, reference: np.ndarray, readings: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([np.interp(time, self.time, joint) for joint in self.q.T]), reference
+
+    @property
+    def destination(self) -> np.ndarray:
+        return self.q[-1]
+
+    def coordinates(self, readings: np.ndarray) -> np.ndarray:
+        return np.empty((*readings.shape[:-1], 0))
 
     def arrived(self, reading: np.ndarray) -> bool:
         return True
