@@ -118,7 +118,8 @@ def test_the_sampled_environments_are_others(sampled):
 def test_what_was_learned_elsewhere_is_not_just_anything(sampled):
     """What is compared with moves its hand, and holds what it grasps."""
     baseline, learned = sampled[USUAL]
-    assert {t.verdict for t in baseline.results.traces.values()} == {"arrived", "held"}
+    verdicts = {t.verdict for t in baseline.results.traces.values()}
+    assert verdicts - {"clipped"} == {"arrived", "held"}  # a movement may end at a joint's limit
     assert np.abs(learned.navigation.obstacle.chi.coefficients).max() > 0.1
     moved = [np.ptp(t.q, axis=0).max() for t in baseline.results.traces.values()]
     assert min(moved) > 0.05
