@@ -160,8 +160,9 @@ def test_where_nothing_is_lifted_arm_and_grip_go_by_what_they_were_told(monkeypa
     usual = jobs.GripLayer.command
     monkeypatch.setattr(jobs.GripLayer, "command", command)
     aside = (replace(TASK.steps[0], shift=(0.05, 0.0, 0.0)),)
-    resting = replace(TASK, rule=replace(TASK.rule, kind="slide", lift=0.0), steps=aside)
-    assert not resting.rule.lifted
+    rule = replace(TASK.rule, kind="slide", lift=0.0, distance=0.05)
+    resting = replace(TASK, rule=rule, steps=aside)
+    assert not rule.lifted
     moved = corrected(made_with(resting, seed=6, shake=3.0))
     np.testing.assert_allclose(moved, 0.0, atol=1e-12)
     assert felt == [(None, None)] * 61
