@@ -247,6 +247,14 @@ def test_what_slides_is_gripped_harder_by_all(slip, seconds, factor):
     np.testing.assert_allclose(forces, factor * np.array([4.0, 2.0, 2.0]), rtol=0.02)
 
 
+def test_what_slides_though_it_is_gripped_for_its_load_is_gripped_harder_still():
+    """From 1.5 times on, by a twentieth at each of ten further readings."""
+    each = layer()
+    pressing(each, 80, closed=1.0)
+    carrying(each, 11, load=1.725, slip=0.045)
+    np.testing.assert_allclose(carrying(each, 60), [8.0, 4.0, 4.0], rtol=0.01)
+
+
 def test_the_load_and_the_sliding_of_each_run_are_its_own():
     each = layer((4.0, 4.0, 4.0))
     for _ in range(80):

@@ -32,10 +32,16 @@ def carried(mass: float, corrected: bool = True) -> SimpleNamespace:
         held.append(sense(self, values)[0])
         return held[-1][None]
 
-    usual, sense, tighter, held = jobs.GripLayer.command, jobs.Sensors.held, [], []
+    def push(self, values):
+        pushed.append(float(feel(self, values)[0]))
+        return np.array(pushed[-1:])
+
+    usual, sense, feel = jobs.GripLayer.command, jobs.Sensors.held, jobs.Sensors.carried
+    tighter, held, pushed = [], [], []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(jobs.GripLayer, "command", command)
         patch.setattr(jobs.Sensors, "held", place)
+        patch.setattr(jobs.Sensors, "carried", push)
         if not corrected:
             patch.setattr(jobs, "_FELT", 0.0)
         run = demonstrate(TASK, Conditions(mass_scale=mass))
@@ -46,6 +52,7 @@ def carried(mass: float, corrected: bool = True) -> SimpleNamespace:
         before=told[:action],
         action=action,
         held=np.array(held),
+        pushed=np.array(pushed),
         slip=slip,
         load=load,
         tighter=tighter,
@@ -71,7 +78,20 @@ def test_what_is_held_still_weighs_what_it_weighs(mass):
     assert made.run.outcome.success
     assert len(made.load) > 300
     np.testing.assert_allclose(made.load[-200:], mass, rtol=0.03)
+    np.testing.assert_allclose(made.pushed[-200:], 9.81 * mass * TASK.object.mass, rtol=0.03)
     assert made.load[0] < 0.1 * mass  # on the table
+
+
+def test_the_load_is_relative_to_what_lifts_the_object_as_the_palm_is_to_go():
+    """Up to a sixth more than its weight while it is lifted, and as much less as it slows down."""
+    made = carried(1.0)
+    expected = 9.81 + np.diff(made.run.mocap_pos[made.action - 1 :, 2], 2) / 0.01**2
+    assert expected[:90].max() > 1.1 * 9.81
+    np.testing.assert_allclose(
+        made.load[: len(expected)] * expected * TASK.object.mass,
+        made.pushed[: len(expected)],
+        rtol=1e-9,
+    )
 
 
 def test_nothing_is_felt_before_the_action():
