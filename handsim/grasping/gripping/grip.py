@@ -2,11 +2,12 @@
 
 Until a finger touches it goes where it is told. From then on it stays where it touched and presses
 along the way that it was going, as far as brings its force to its share of the grip. Shares of the
-fingers add up to what the thumb presses. A slip makes all press more, as it does people within a
-tenth of a second (Johansson and Westling 1984, Exp. Brain Res. 56:550-564).
+fingers add up to what the thumb presses. Where things are carried, a load beyond what was to be
+carried makes all press more, and so does sliding, as they do people within a tenth of a second
+(Johansson and Westling 1984, Exp. Brain Res. 56:550-564). What has become tighter stays so.
 
-What is measured are normal forces on the skin of each finger, as tactile sensors give them, and how
-far the object has moved in the palm.
+What is measured are normal forces on the skin of each finger, as tactile sensors give them, how
+fast the object moves in the palm, and how much of its weight the hand carries.
 """
 
 from collections.abc import Sequence
@@ -35,12 +36,12 @@ SEEKING, SOUGHT = 4.0, 2.0
 SHORT = float(np.deg2rad(2.0))
 """Shorter ways than this say nothing about a direction [rad]."""
 SURPRISE = 1.15
-"""Load beyond what was to be carried at which the grip begins to follow it: what things weigh is
-felt as they are lifted (Johansson and Westling 1984)."""
+"""Load, relative to what was to be carried, from which on the grip grows in proportion: what things
+weigh is felt as they are lifted (Johansson and Westling 1984)."""
 SLIDES, SLIP_DOUBLES, MOST = 0.03, 0.003, 3.0
 """Speed in the palm above which things slide, and do not only give way [m/s]; how far they slide
-while the grip grows by what it was [m]; and how many times as hard it becomes at most."""
-
+beyond that speed while the grip grows by what it was to be [m]; and how many times as hard it
+becomes at most, whatever is felt."""
 FOLLOWS = 0.15
 """How long the thumb takes part after the grip has last tightened [s]."""
 
@@ -82,7 +83,7 @@ class GripLayer:
     flexed : (5,)
         Fingers that the task's action flexes: from its start on they press as far as it says.
     grip : (n,) [N]
-        What thumb and fingers press on their sides.
+        What thumb and fingers press on their sides, until load or sliding make it more.
     """
 
     closing: Array
@@ -176,8 +177,8 @@ class GripLayer:
         )
         step = (dt / (SETTLING * _PER_RADIAN)) * (wanted - self.force)
         if acting:
-            # The thumb supports what the fingers press: two that both correct would push the
-            # object to and fro. What the action flexes presses as far as it says.
+            # The thumb supports what the fingers press: two that both correct for long would push
+            # the object to and fro. What the action flexes presses as far as it says.
             step[:, 0] *= self._since < FOLLOWS
             step[:, self.flexed] = 0.0
         self.press = np.minimum(np.maximum(self.press + step * self.touched, -BEYOND), BEYOND)

@@ -6,16 +6,18 @@ import pytest
 from handsim.grasping.gripping import grip as grip_module
 from handsim.grasping.gripping.grip import (
     BEYOND,
+    FOLLOWS,
     GRIP,
     IDLE,
     LIGHT,
     MOST,
     SEEKING,
     SETTLING,
-    SLIP,
+    SLIDES,
     SLIP_DOUBLES,
     SMOOTHING,
     SOUGHT,
+    SURPRISE,
     TOUCH,
     GripLayer,
     shares_of,
@@ -44,11 +46,14 @@ def layer(grip: float | tuple[float, ...] = 4.0, flexed=()) -> GripLayer:
     )
 
 
-def given(each: GripLayer, forces, *, told=AT, q=AT, slip=None, closed=0.0, acting=False):
+def given(
+    each: GripLayer, forces, *, told=AT, q=AT, slip=None, load=None, closed=0.0, acting=False
+):
     forces = np.atleast_2d(forces)
-    rows = [np.broadcast_to(v, (len(forces), 22)) for v in (told, q)]
-    slip = None if slip is None else np.broadcast_to(slip, (len(forces),))
-    return each.command(*rows, forces, slip, closed, DT, acting=acting)
+    n = len(forces)
+    rows = [np.broadcast_to(v, (n, 22)) for v in (told, q)]
+    felt = [None if v is None else np.broadcast_to(v, (n,)) for v in (slip, load)]
+    return each.command(*rows, forces, *felt, closed, DT, acting=acting)
 
 
 def pressing(each: GripLayer, n: int, fingers=(0, 1, 2), stiffness=1.0, **values) -> np.ndarray:
@@ -187,35 +192,111 @@ def test_a_finger_that_met_nothing_seeks_on_and_gives_up():
     np.testing.assert_allclose(q[0], AT + 0.99 * CLOSING)
 
 
+def carrying(each: GripLayer, n: int, load: float = 1.0, slip: float = 0.0) -> np.ndarray:
+    """Command a closed grip n times in the action; return what it presses (3,) [N]."""
+    for _ in range(n):
+        given(each, PER_RADIAN * each.press, closed=1.0, slip=slip, load=load, acting=True)
+    return PER_RADIAN * each.press[0, :3]
+
+
+def test_what_weighs_what_it_was_to_weigh_is_held_as_before():
+    """Up to 15 % more: the same bits as where no load is felt."""
+    assert SURPRISE == 1.15
+    generator = np.random.default_rng(0)
+    felt = [(None, None), (0.0, 1.0), (0.0, 0.3), (SLIDES, SURPRISE)]
+    layers = [layer() for _ in felt]
+    for _ in range(60):
+        forces = generator.uniform(0.2, 6.0, 5)
+        first, *others = [
+            given(each, forces, closed=1.0, slip=slip, load=load, acting=True)
+            for each, (slip, load) in zip(layers, felt, strict=True)
+        ]
+        for targets in others:
+            np.testing.assert_array_equal(targets, first)
+
+
 @pytest.mark.parametrize(
-    ("slip", "factor"),
-    [(0.0, 1.0), (SLIP, 1.0), (SLIP + 0.5 * SLIP_DOUBLES, 1.5), (SLIP + SLIP_DOUBLES, 2.0),
-     (1.0, MOST)],
-)  # fmt: skip
-def test_a_slip_tightens_the_grip_of_all(slip, factor):
-    """By nothing up to 1.5 mm, twice at 4.5 mm, three times at most."""
-    assert (SLIP, SLIP_DOUBLES, MOST) == (0.0015, 0.003, 3.0)
+    ("load", "factor"), [(1.15, 1.0), (1.725, 1.5), (2.0, 2 / 1.15), (3.45, 3.0), (9.0, 3.0)]
+)
+def test_what_weighs_more_is_gripped_harder_by_all_and_no_less_when_put_down(load, factor):
+    """As the load beyond 1.15 of what was to be carried, three times at most."""
+    assert MOST == 3.0
     each = layer()
     pressing(each, 80, closed=1.0)
-    forces = PER_RADIAN * each.press[0]
-    for _ in range(120):
-        given(each, forces, closed=1.0, slip=slip, acting=True)
-        forces = PER_RADIAN * each.press[0]
-    np.testing.assert_allclose(forces[:3], factor * np.array([4.0, 2.0, 2.0]), rtol=0.02)
+    # The thumb takes part while the load grows.
+    for part in np.linspace(1.0, load, 60):
+        carrying(each, 1, part)
+    for now in (load, 1.0, 0.0):
+        forces = carrying(each, 60, now)
+        np.testing.assert_allclose(forces[1:], factor * np.array([2.0, 2.0]), rtol=0.01)
+        assert forces[0] == pytest.approx(factor * 4.0, rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("slip", "seconds", "factor"),
+    [(0.02, 1.0, 1.0), (0.03, 1.0, 1.0), (0.06, 0.1, 2.0), (0.06, 0.15, 2.5), (0.045, 0.1, 1.5),
+     (0.06, 1.0, 3.0)],
+)  # fmt: skip
+def test_what_slides_is_gripped_harder_by_all(slip, seconds, factor):
+    """By as much again for 3 mm that it slides beyond 3 cm/s, and no less when it has stopped."""
+    assert (SLIDES, SLIP_DOUBLES) == (0.03, 0.003)
+    each = layer()
+    pressing(each, 80, closed=1.0)
+    carrying(each, round(seconds / DT), slip=slip)
+    forces = carrying(each, 60)
+    np.testing.assert_allclose(forces, factor * np.array([4.0, 2.0, 2.0]), rtol=0.02)
+
+
+def test_what_slides_though_it_is_gripped_for_its_load_is_gripped_harder_still():
+    """From 1.5 times on, by a twentieth at each of ten further readings."""
+    each = layer()
+    pressing(each, 80, closed=1.0)
+    carrying(each, 11, load=1.725, slip=0.045)
+    np.testing.assert_allclose(carrying(each, 60), [8.0, 4.0, 4.0], rtol=0.01)
+
+
+def test_the_load_and_the_sliding_of_each_run_are_its_own():
+    each = layer((4.0, 4.0, 4.0))
+    for _ in range(80):
+        given(each, np.maximum(PER_RADIAN * each.press, 0.5), closed=1.0)
+    for _ in range(20):
+        given(
+            each, PER_RADIAN * each.press, closed=1.0, acting=True,
+            slip=np.array([0.0, 0.0, 0.045]), load=np.array([1.0, 1.725, 1.0]),
+        )  # fmt: skip
+    for _ in range(60):
+        given(each, PER_RADIAN * each.press, closed=1.0, slip=0.0, load=1.0, acting=True)
+    forces = PER_RADIAN * each.press[:, INDEX]
+    np.testing.assert_allclose(forces, [2.0, 3.0, 4.0], rtol=0.02)
 
 
 def test_in_the_action_the_thumb_supports_what_fingers_press():
-    """Its own force is corrected before, and where something slips."""
+    """Its own force is corrected before, and not in the action, whatever is felt."""
     each = layer()
     pressing(each, 80, closed=1.0)
     before = each.press.copy()
-    for _ in range(5):
-        given(each, np.full(5, 9.0), closed=1.0, slip=0.0, acting=True)
-    assert each.press[0, THUMB] == before[0, THUMB]
-    assert each.press[0, INDEX] < before[0, INDEX]
-    for _ in range(5):
-        given(each, np.zeros(5), closed=1.0, slip=0.004, acting=True)
-    assert each.press[0, THUMB] > before[0, THUMB]
+    for forces in (9.0, 0.0):
+        given(each, np.full(5, forces), closed=1.0, acting=True)
+        given(each, np.full(5, forces), closed=1.0, slip=SLIDES, load=SURPRISE, acting=True)
+        assert each.press[0, THUMB] == before[0, THUMB]
+        assert each.press[0, INDEX] < before[0, INDEX]
+
+
+@pytest.mark.parametrize("felt", [{"load": 1.4, "slip": 0.0}, {"load": 1.0, "slip": 0.033}])
+def test_the_thumb_takes_part_for_a_moment_when_the_grip_has_tightened(felt):
+    """For 0.15 s, 15 readings; then it holds still."""
+    assert FOLLOWS == 0.15
+    each = layer()
+    pressing(each, 80, closed=1.0)
+    for _ in range(2):  # as often as it tightens
+        thumb = [each.press[0, THUMB]]
+        for tick in range(40):
+            now = felt if tick == 0 else {"load": 1.0, "slip": 0.0}
+            given(each, np.zeros(5), closed=1.0, acting=True, **now)
+            thumb.append(each.press[0, THUMB])
+        moves = np.diff(thumb) > 0
+        assert moves.tolist() == [True] * 15 + [False] * 25
+        felt = {name: 1.2 * value for name, value in felt.items()}
 
 
 def test_fingers_that_the_action_flexes_press_as_far_as_it_says():
@@ -247,12 +328,13 @@ def test_runs_together_get_the_bits_of_each_alone():
     for tick in range(60):
         told, q = generator.uniform(0, 1, (2, 3, 22))
         forces = generator.uniform(0, 8, (3, 5)) * (generator.uniform(size=(3, 5)) < 0.1 * tick)
-        slip = generator.uniform(0, 0.01, 3) if tick > 40 else None
         closed, acting = min(tick / 30, 1.0), tick > 40
-        all_targets = together.command(told, q, forces, slip, closed, DT, acting=acting)
+        slip = generator.uniform(0, 0.05, 3) if acting else None
+        load = generator.uniform(0.5, 1.5, 3) if acting else None
+        all_targets = together.command(told, q, forces, slip, load, closed, DT, acting=acting)
         for i, each in enumerate(alone):
-            own = None if slip is None else slip[[i]]
-            targets = each.command(told[[i]], q[[i]], forces[[i]], own, closed, DT, acting=acting)
+            rows = [None if v is None else v[[i]] for v in (told, q, forces, slip, load)]
+            targets = each.command(*rows, closed, DT, acting=acting)
             np.testing.assert_array_equal(all_targets[[i]], targets)
     assert together.touched.all()
     assert not np.array_equal(all_targets[0], all_targets[1])
@@ -260,5 +342,5 @@ def test_runs_together_get_the_bits_of_each_alone():
 
 def test_whatever_the_layer_is_made_of_is_told_to_plans():
     numbers = ("TOUCH", "LIGHT", "IDLE", "SMOOTHING", "SETTLING", "BEYOND", "SEEKING", "SOUGHT",
-               "SHORT", "SLIP", "SLIP_DOUBLES", "MOST")  # fmt: skip
+               "SHORT", "SURPRISE", "SLIDES", "SLIP_DOUBLES", "MOST", "FOLLOWS")  # fmt: skip
     assert tuple(getattr(grip_module, name) for name in numbers) == GRIP

@@ -13,6 +13,7 @@ from handsim.grasping.conditions import Conditions, perturb
 from handsim.grasping.planning import plan_key
 from handsim.grasping.planning.plan_key import PlanKey, key_for, key_of
 from handsim.grasping.planning.plan_store import plan_store
+from handsim.grasping.rollout import drivers, jobs
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.hand import mjcf as hand_model
@@ -132,6 +133,9 @@ def test_another_hand_is_told(usual, conditions):
         (plan_key, "DataGlove", lambda: DataGlove(noise=0.005), PHYSICS),
         (plan_key, "SQUEEZE_DEG", {"thumb_mcp": 11}, PHYSICS),
         (plan_key, "GRIP", (*plan_key.GRIP[:-1], 2.9), PHYSICS),
+        (plan_key, "_LOOP", (0.021, *plan_key._LOOP[1:]), PHYSICS),
+        (plan_key, "_LOOP", (plan_key._LOOP[0], 0.26, plan_key._LOOP[2]), PHYSICS),
+        (plan_key, "_LOOP", (*plan_key._LOOP[:2], 0.31), PHYSICS),
         (plan_key, "LIMITS", (*plan_key.LIMITS[:-1], 0.016), ("task",)),
         (arm_strength, "SATURATION", 0.61, PHYSICS),
         (
@@ -146,6 +150,10 @@ def test_another_physics_is_told(usual, monkeypatch, module, name, value, parts)
     assert getattr(module, name) != value
     monkeypatch.setattr(module, name, value)
     assert usual.differs_in(key()) == parts
+
+
+def test_gains_of_the_loop_are_of_the_fingers_and_the_arm():
+    assert plan_key._LOOP == (drivers.CORRECTION, jobs.FEELING, jobs.MOST_FELT)
 
 
 def test_what_carries_the_hand_is_told(usual, free, monkeypatch):

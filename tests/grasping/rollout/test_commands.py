@@ -46,6 +46,7 @@ def test_there_is_a_row_for_each_hundredth_of_a_second_to_the_end(commands):
     np.testing.assert_allclose(commands.times, np.arange(641) / 100)
     for name in (
         *("palm_pos", "palm_quat", "closed", "flexion", "lift", "load", "disturbance", "lost"),
+        "weight",
     ):
         assert len(getattr(commands, name)) == 641
 
@@ -100,6 +101,15 @@ def test_the_load_is_gravity_and_what_accelerates_the_palm(commands):
     assert commands.load[170:251, 2].max() == pytest.approx(9.81 + 5.7735 * 0.12 / 0.64, rel=2e-3)
     assert commands.load[170:251, 2].min() == pytest.approx(9.81 - 5.7735 * 0.12 / 0.64, rel=2e-3)
     np.testing.assert_allclose(commands.load[331:], np.tile([0, 0, 9.81], (310, 1)), atol=1e-6)
+
+
+def test_the_hand_is_to_carry_the_weight_and_what_lifts_it(commands):
+    """Whatever the object really weighs, and however the hand is shaken sideways."""
+    mass = MOVE.object.mass
+    np.testing.assert_allclose(commands.weight, mass * commands.load[:, 2], rtol=1e-12)
+    assert commands.weight[-1] == pytest.approx(9.81 * mass, rel=1e-6)
+    heavy = commands.disturbed(Conditions(seed=3, shake=2.0, mass_scale=2.0), QUIET)
+    np.testing.assert_array_equal(heavy.weight, commands.weight)
 
 
 def test_the_load_grows_with_the_shaking(commands):
@@ -227,7 +237,7 @@ def test_commands_of_several_runs_are_those_of_each():
     together = Commands.together(each)
     assert together.schedule is SCHEDULE
     for i, alone in enumerate(each):
-        for name in ("palm_pos", "palm_quat", "lift", "load", "disturbance", "lost"):
+        for name in ("palm_pos", "palm_quat", "lift", "load", "weight", "disturbance", "lost"):
             np.testing.assert_array_equal(getattr(together, name)[:, i], getattr(alone, name))
     for name in ("closing", "closed", "flexion"):
         np.testing.assert_array_equal(getattr(together, name), getattr(each[0], name))

@@ -77,6 +77,12 @@ def test_sensors_tell_what_the_contacts_are(touching):
         exact, known = contacts_of(model, data), of_object(touching)
         for ours, theirs in zip(exact, known, strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)
+        # Friction carries too, and there may be any number of contacts.
+        root = model.body("object").id
+        upwards = [f[2] for _, body, f, *_ in listed(touching) if int(body.rootid[0]) == root]
+        carried = sensors.carried(sensed(touching))
+        assert carried.shape == (1,)
+        assert carried[0] == pytest.approx(sum(upwards), rel=1e-9, abs=1e-9)
         if crowded[0]:
             assert data.ncon > SLOTS
             continue
@@ -133,12 +139,24 @@ def test_sensed_poses_are_those_of_the_bodies(touching):
     np.testing.assert_array_equal(poses["palm_pos"], palm.xpos)
     np.testing.assert_array_equal(poses["palm_quat"], palm.xquat)
     assert sensed(touching)[0, sensors.height] == grasp_object.xipos[2]
-    apart = np.linalg.norm(grasp_object.xipos - palm.xpos)
-    assert sensors.apart(sensed(touching))[0] == pytest.approx(apart, rel=1e-12)
+    held = palm.xmat.reshape(3, 3).T @ (grasp_object.xipos - palm.xpos)
+    np.testing.assert_allclose(sensors.held(sensed(touching)), held[None], rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("depth", [-0.001, 0.0005, 0.002, 0.008])
+def test_where_the_object_was_held_stays_when_it_moves_on(touching):
+    """It is compared with where it is at the next reading."""
+    pushed_into(touching, 5)
+    sensors, values = Sensors(touching.hand.model), sensed(touching)
+    held = sensors.held(values)
+    before = held.copy()
+    pushed_into(touching, 6)
+    assert not np.array_equal(sensors.held(values), before)
+    np.testing.assert_array_equal(held, before)
+
+
+@pytest.mark.parametrize("depth", [-0.001, 0.0005, 0.002, 0.008, 0.020])
 def test_what_the_hand_presses_on_the_table_is_the_sum_of_its_contacts(click, depth):
+    """At 20 mm what presses the hardest is not what overlaps the most."""
     height = click.hand.model.geom("table").pos[2]
     try:
         laid_onto_table(click, depth)
