@@ -235,9 +235,9 @@ def commands_of(jobs: Sequence[Job]) -> list[Commands]:
     found = []
     for job in jobs:
         task, schedule = job.scene.task, job.run_schedule
-        key = (id(job.plan), id(task), schedule)
+        size = job.scene.conditions.hand
+        key = (id(job.plan), id(task), schedule, size)
         if key not in undisturbed:
-            size = job.scene.conditions.hand
             undisturbed[key] = Commands.of(job.plan, task, schedule, size)
         made = undisturbed[key].disturbed(job.scene.conditions, job.glove)
         arm = job.scene.arm

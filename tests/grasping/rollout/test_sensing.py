@@ -245,3 +245,10 @@ def test_what_is_above_the_table_does_not_overlap_with_it(click):
     force, overlap = sensors.table(made_up(click, table_force=[1, 2, -7], table_overlap=0.004))
     assert (force[0], overlap[0]) == (7.0, 0.0)
     assert sensors.table(made_up(click, table_overlap=-0.003))[1][0] == 0.003
+
+
+def test_forces_of_fingers_are_the_same_bits_for_one_simulation_and_for_many(touching):
+    sensors = Sensors(touching.hand.model)
+    many = np.random.default_rng(0).uniform(0.0, 9.0, (40, sensed(touching).shape[1]))
+    alone = [sensors.finger_forces(row[None])[0] for row in many]
+    np.testing.assert_array_equal(sensors.finger_forces(many), alone)
