@@ -116,7 +116,7 @@ FAULTS: dict[str, tuple[Change, str, str, tuple[str, ...]]] = {
         *("stuck", "warning", ("loose sensor",)),
     ),
     "one sensor off": (
-        column("middle_mcp", lambda a: a + np.deg2rad(120)), "range", "warning", ("calibration",),
+        column("middle_mcp", lambda a: a + np.deg2rad(110)), "range", "warning", ("calibration",),
     ),
     "spike": (
         column("middle_mcp", lambda a: a + np.deg2rad(90) * (np.arange(len(a)) == 30)),
