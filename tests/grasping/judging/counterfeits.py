@@ -49,11 +49,15 @@ def stiff(task: Task, hand: HandModel, name: str, depth: float) -> Rollout:
 
 
 def aside(task: Task, hand: HandModel, angle: float) -> Rollout:
-    """Run the scripted grasp with the palm `ASIDE` of its place, horizontally at an angle [rad]."""
+    """Run the scripted grasp with the palm `ASIDE` of its place, horizontally at an angle [rad].
+
+    The hand closes as it would there, and feels nothing: one that feels closes on what it meets, and
+    takes hold of many things from beside, which is a grasp.
+    """
     shift = ASIDE * np.array([np.cos(angle), np.sin(angle), 0.0])
     scene = Scene.build(task, Conditions())
     plan, q_open = scripted_plan(task, hand)
-    plan = replace(plan, palm=plan.palm.moved(shift))
+    plan = replace(plan, palm=plan.palm.moved(shift), squeeze=0.0, grip=1e-3)
     schedule = schedule_for(task)
     driver = ScriptedDriver(plan.q_start, q_open, plan.q_goal, schedule.reach)
     return simulate(scene, plan, driver, schedule=schedule)
