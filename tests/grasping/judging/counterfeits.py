@@ -51,8 +51,8 @@ def stiff(task: Task, hand: HandModel, name: str, depth: float) -> Rollout:
 def aside(task: Task, hand: HandModel, angle: float) -> Rollout:
     """Run the scripted grasp with the palm `ASIDE` of its place, horizontally at an angle [rad].
 
-    The hand closes as it would there, and feels nothing: one that feels closes on what it meets, and
-    takes hold of many things from beside, which is a grasp.
+    The hand closes as it would there, and feels nothing: one that feels closes on what it meets,
+    and takes hold of many things from beside, which is a grasp.
     """
     shift = ASIDE * np.array([np.cos(angle), np.sin(angle), 0.0])
     scene = Scene.build(task, Conditions())
