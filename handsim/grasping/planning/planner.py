@@ -154,6 +154,28 @@ def run_plan(
     return simulate(scene, plan, driver, schedule=schedule, brief=brief)
 
 
+def brief_cost(controller: GraspController, scene: Scene, plan: GraspPlan) -> float:
+    """Return the cost of a run that ends once the object is lost, as searches make them."""
+    try:
+        controller.check_goal(plan.goal_in(controller.subspace))
+    except InputError:  # the controller refuses it
+        return NO_WAY
+    far = out_of_reach(scene, plan)
+    if far is not None:
+        return far
+    return cost_of(run_plan(controller, scene, plan, brief=True), scene.task)
+
+
+def destination_box(controller: GraspController) -> tuple[Array, Array]:
+    """Return the least and greatest coordinates of destinations, (n_components,) [rad] each."""
+    obstacle, inner = controller.navigation.obstacle, controller.navigation.inner
+    margin = EDGE * (obstacle.upper - obstacle.lower)
+    return (
+        np.maximum(obstacle.lower + margin, inner[0]),
+        np.minimum(obstacle.upper - margin, inner[1]),
+    )
+
+
 def _confirmed(candidate: tuple[float, GraspPlan]) -> float:
     return candidate[0]
 
@@ -170,10 +192,7 @@ class _Search:
         self.hand = HandModel.from_spec(build_hand(conditions.hand))
         self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
         self.size = len(controller.subspace.components_) + 9
-        low, high = controller.navigation.obstacle.lower, controller.navigation.obstacle.upper
-        margin = EDGE * (high - low)
-        inner = controller.navigation.inner
-        self.box = (np.maximum(low + margin, inner[0]), np.minimum(high - margin, inner[1]))
+        self.box = destination_box(controller)
 
     def starts(self) -> list[GraspPlan]:
         """Return plans by the best fits with each lever, each with every arrival."""
@@ -263,11 +282,4 @@ class _Search:
         return robust_cost([partial(self._cost_on, scene, plan) for scene in self.scenes])
 
     def _cost_on(self, scene: Scene, plan: GraspPlan) -> float:
-        try:
-            self.controller.check_goal(plan.goal_in(self.controller.subspace))
-        except InputError:  # the controller refuses it
-            return NO_WAY
-        far = out_of_reach(scene, plan)
-        if far is not None:
-            return far
-        return cost_of(run_plan(self.controller, scene, plan, brief=True), self.task)
+        return brief_cost(self.controller, scene, plan)

@@ -5,20 +5,13 @@ from functools import partial
 
 import numpy as np
 
-from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.demonstrator_offsets import DemonstratorOffsets
 from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips, pad_targets
-from handsim.grasping.planning.planner import ARRIVALS, EDGE, LEVERS, NO_WAY, run_plan
-from handsim.grasping.planning.search import (
-    cost_of,
-    out_of_reach,
-    robust_cost,
-    shortened,
-    tried_conditions,
-)
+from handsim.grasping.planning.planner import ARRIVALS, LEVERS, brief_cost, destination_box
+from handsim.grasping.planning.search import robust_cost, shortened, tried_conditions
 from handsim.grasping.planning.trials.scripted_trials import N_PERTURBED
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
@@ -54,7 +47,7 @@ def fit_and_run(
     records = sorted(
         controller.demonstrations, key=lambda each: float(np.linalg.norm(each.z_goal - near))
     )[:N_STARTS]
-    box = _destinations(controller)
+    box = destination_box(controller)
     lever = LEVERS[0] if task.grasp.width > NARROW else LEVERS[1]
     fits: list[tuple[FingertipFit, Array]] = [
         (fit_fingertips(hand, controller.subspace, targets, each.z_goal, box, lever), each.q_start)
@@ -74,7 +67,7 @@ def fit_and_run(
         for fit, q_start in fits[:N_RUN]
         for arrive in ARRIVALS
     ]
-    costs = [_cost_on(controller, scene, plan) for plan in plans]
+    costs = [brief_cost(controller, scene, plan) for plan in plans]
     best = int(np.argmin(costs))
     return costs[best], plans[best]
 
@@ -86,25 +79,4 @@ def plan_cost(
     quick = shortened(task)
     tried = tried_conditions(conditions, N_PERTURBED)
     scenes = [Scene.build(quick, each) for each in tried]
-    return robust_cost([partial(_cost_on, controller, scene, plan) for scene in scenes])
-
-
-def _cost_on(controller: GraspController, scene: Scene, plan: GraspPlan) -> float:
-    try:
-        controller.check_goal(plan.goal_in(controller.subspace))
-    except InputError:  # the controller refuses it
-        return NO_WAY
-    far = out_of_reach(scene, plan)
-    if far is not None:
-        return far
-    return cost_of(run_plan(controller, scene, plan, brief=True), scene.task)
-
-
-def _destinations(controller: GraspController) -> tuple[Array, Array]:
-    """Return least and greatest coordinates of destinations, as the planner takes them."""
-    obstacle, inner = controller.navigation.obstacle, controller.navigation.inner
-    margin = EDGE * (obstacle.upper - obstacle.lower)
-    return (
-        np.maximum(obstacle.lower + margin, inner[0]),
-        np.minimum(obstacle.upper - margin, inner[1]),
-    )
+    return robust_cost([partial(brief_cost, controller, scene, plan) for scene in scenes])

@@ -10,6 +10,7 @@ from handsim.arm.reaching_arm import ReachingArm
 from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning import planner
 from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.search import NO_ARM, WORST, strain_of
 from handsim.grasping.planning.trials import controller_trials, laying, scripted_trials
@@ -148,7 +149,7 @@ def test_scripts_are_not_run_where_no_arm_comes(block, monkeypatch):
 
 
 def test_plans_of_controllers_are_not_run_where_no_arm_comes(block, hand, monkeypatch):
-    monkeypatch.setattr(controller_trials, "run_plan", None)
+    monkeypatch.setattr(planner, "run_plan", None)
     controller = GraspController.load(data_folder("assets") / "controller.npz")
     scene = Scene.build(lift_task(block), ARM)
     plan, _ = scripted_plan(scene.task, hand)
