@@ -260,10 +260,15 @@ class Retargeter:
         near = self._near_links(x, np.full(len(x), weights.contact))
         movement = Movement(weights.previous, weights.speed, steps)
         most, settled = (STEPS, SETTLED) if len(x) > 1 else (ALONE, 1e-5)
-        x, _ = fit(
-            lambda at: residuals.at(at, near),
-            x, robot.lower, robot.upper, movement, most, settled,
-        )  # fmt: skip
+        # First as if all changes were allowed: limits that bind from the start can hold a movement in
+        # a worse solution for good.
+        for bound in (movement.unlimited(), movement):
+            x, _ = fit(
+                lambda at: residuals.at(at, near),
+                x, robot.lower, robot.upper, bound, most, settled,
+            )  # fmt: skip
+            if bound.allows(x):
+                break
         return untangled(residuals_of, robot, self._contact, movement, x)
 
     def _near_links(self, x: Array, weight: Array) -> NearLinks:

@@ -40,6 +40,14 @@ class Movement:
     def __init__(self, previous: float, speed: float, steps: Array) -> None:
         self.previous, self.speed, self.steps = previous, speed, steps
 
+    def unlimited(self) -> "Movement":
+        """Return the same without a largest change."""
+        return Movement(self.previous, self.speed, np.full_like(self.steps, np.inf))
+
+    def allows(self, x: Array) -> bool:
+        """Whether no coordinate of postures (n, m) changes by more than it may."""
+        return bool((np.abs(np.diff(x, axis=0)) <= self.steps).all())
+
     def part(self, chosen: slice) -> "Movement":
         """Return what binds the postures of a stretch."""
         inner = slice(chosen.start, max(chosen.stop - 1, chosen.start))
