@@ -260,8 +260,8 @@ class Retargeter:
         near = self._near_links(x, np.full(len(x), weights.contact))
         movement = Movement(weights.previous, weights.speed, steps)
         most, settled = (STEPS, SETTLED) if len(x) > 1 else (ALONE, 1e-5)
-        # First as if all changes were allowed: limits that bind from the start can hold a movement in
-        # a worse solution for good.
+        # First as if all changes were allowed: limits that bind from the start can hold a movement
+        # in a worse solution for good.
         for bound in (movement.unlimited(), movement):
             x, _ = fit(
                 lambda at: residuals.at(at, near),

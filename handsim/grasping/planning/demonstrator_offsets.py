@@ -72,7 +72,7 @@ class DemonstratorOffsets:
             preshape,
             open=clip_to_range(preshape.open + added),
             shut=clip_to_range(preshape.shut + added),
-            beyond=max(0.0, preshape.beyond + values["beyond"]),
+            beyond=preshape.beyond + values["beyond"],
             squeeze=max(0.0, preshape.squeeze + values["squeeze"]),
         )
 

@@ -50,7 +50,8 @@ class Preshape:
     open, shut : (22,) [rad]
     beyond
         How much farther than to the object's width the fingers are commanded to close, as a
-        fraction of the way from open to shut. The object stops them.
+        fraction of the way from open to shut. The object stops them; below 0 they stop before it
+        and touch by the squeeze.
     sink
         How far beyond its aligned pose the palm is moved along the approach [m], so that the
         fingers close behind the middle of the object.

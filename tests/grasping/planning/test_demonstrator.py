@@ -75,6 +75,19 @@ def test_joints_move_by_their_offsets():
     assert preshape.squeeze == pytest.approx(PRESHAPES["top"].squeeze + 0.5)
 
 
+def test_fingers_may_be_told_to_stop_before_the_object():
+    """The squeeze closes them then."""
+    task, hand = task_by_name("scissors-move"), HandModel.from_spec(build_hand())
+    preshape = preshape_for(task.grasp)
+    short, touching = (
+        scripted_plan(task, hand, offset_by(beyond=beyond - preshape.beyond))[0].q_goal
+        for beyond in (-0.2, 0.0)
+    )
+    np.testing.assert_allclose(
+        touching - short, 0.2 * (preshape.shut - preshape.open), rtol=0, atol=1e-12
+    )
+
+
 def test_offsets_survive_a_round_trip(tmp_path, monkeypatch):
     path = tmp_path / "demonstrations.json"
     write_demonstrator_offsets({"pen-move": offset_by(x_mm=1.5, squeeze=-0.25)}, path)
