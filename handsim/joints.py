@@ -105,4 +105,4 @@ def clip_to_range(q: Array) -> Array:
     ----------
     q : (..., 22) [rad]
     """
-    return np.clip(q, LOWER, UPPER)
+    return np.minimum(np.maximum(q, LOWER), UPPER)  # faster than np.clip

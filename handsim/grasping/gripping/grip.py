@@ -51,6 +51,7 @@ GRIP = (
 )
 """What plans are made for, beside the task."""
 
+_THUMB = FINGERS.index("thumb")
 _PER_RADIAN = FINGERTIP_FORCE / SATURATION  # of a finger all of whose joints are off [N/rad]
 _OF_FINGER = np.array(
     [-1 if joint.finger is None else FINGERS.index(joint.finger) for joint in JOINTS]
@@ -68,6 +69,64 @@ def shares_of(fingers: Sequence[Finger]) -> Array:
     shares = opposing / max(int(opposing.sum()), 1)
     shares[FINGERS.index("thumb")] = 1.0
     return shares
+
+
+class _Hold:
+    """What the fingers of one run press, as numbers: they are faster than arrays of five.
+
+    Attributes
+    ----------
+    force : (5,) [N]
+        Running means of the measured forces.
+    touched : (5,)
+        Whether each finger has touched.
+    press : (5,) [rad]
+        How far it goes beyond where it touched.
+    """
+
+    def __init__(self, shares: list[float], flexed: list[bool], grip: float) -> None:
+        self.force, self.press = [0.0] * len(FINGERS), [0.0] * len(FINGERS)
+        self.touched = [False] * len(FINGERS)
+        self._shares, self._flexed = shares, flexed
+        self._light = min(LIGHT, grip)
+        self._more = grip - self._light
+        self._tighter, self._since = 1.0, 1.0
+
+    def feel(self, forces: Sequence[float]) -> bool:
+        """Take in what is measured; return whether a finger has touched now."""
+        newly = False
+        for i, force in enumerate(forces):
+            self.force[i] += SMOOTHING * (force - self.force[i])
+            if force > TOUCH and not self.touched[i]:
+                self.touched[i] = newly = True
+        return newly
+
+    def tighten(self, slip: float, load: float, dt: float) -> None:
+        """Become tighter where the object slides, or weighs more than it was to weigh."""
+        before = self._tighter
+        slipped = before + dt * max(slip - SLIDES, 0.0) / SLIP_DOUBLES
+        self._tighter = min(max(slipped, load / SURPRISE), MOST)
+        self._since = self._since + dt if self._tighter <= before else 0.0
+
+    def settle(self, closed: float, dt: float, acting: bool) -> None:
+        """Press more where there is too little force, less where there is too much."""
+        level = (self._light + min(1.5 * closed, 1.0) * self._more) * self._tighter
+        idle, gain = min(IDLE, level), dt / (SETTLING * _PER_RADIAN)
+        for i, (touched, share, force) in enumerate(
+            zip(self.touched, self._shares, self.force, strict=True)
+        ):
+            if touched and not (acting and self._rests(i)):
+                wanted = level * share if share > 0.0 else idle
+                press = self.press[i] + gain * (wanted - force)
+                self.press[i] = min(max(press, -BEYOND), BEYOND)
+
+    def _rests(self, finger: int) -> bool:
+        """Whether a finger's force is left as it is in the action.
+
+        The thumb supports what the fingers press: two that both correct for long would push the
+        object to and fro. What the action flexes presses as far as it says.
+        """
+        return self._flexed[finger] or (finger == _THUMB and self._since >= FOLLOWS)
 
 
 @dataclass
@@ -91,7 +150,6 @@ class GripLayer:
     flexed: Mask
     grip: Array
     sought: float = field(init=False, default=0.0)
-    force: Array = field(init=False)
     touched: Mask = field(init=False)
     at: Array = field(init=False)
     press: Array = field(init=False)
@@ -99,38 +157,53 @@ class GripLayer:
     def __post_init__(self) -> None:
         """Begin with no finger touching."""
         n = len(self.grip)
-        self.force, self.press = np.zeros((n, len(FINGERS))), np.zeros((n, len(FINGERS)))
-        self.touched, self.at = np.zeros((n, len(FINGERS)), dtype=bool), np.zeros((n, len(JOINTS)))
+        shares, flexed = self.shares.tolist(), self.flexed.tolist()
+        self._runs = [_Hold(shares, flexed, grip) for grip in self.grip.tolist()]
+        self.touched = np.zeros((n, len(FINGERS)), dtype=bool)
+        self.press, self.at = np.zeros((n, len(FINGERS))), np.zeros((n, len(JOINTS)))
         # What stays the same from one reading to the next is kept, since all this is done in a
         # hundredth of a second a hundred times a second.
         self._any_touched = False
         self._holds = np.zeros((n, len(JOINTS)), dtype=bool)
-        self._used, self._light = self.shares > 0.0, np.minimum(LIGHT, self.grip)
-        self._more, self._tighter = self.grip - self._light, np.ones(n)
-        self._since = np.ones(n)
+        self._told: Array | None = None
+        self._way, self._longest = np.empty(0), np.empty(0)
+
+    @property
+    def force(self) -> Array:
+        """Running means of the measured forces (n, 5) [N]."""
+        return np.array([run.force for run in self._runs])
+
+    def feel(self, forces: Sequence[Sequence[float]]) -> bool:
+        """Take in measured normal forces (n, 5) [N]; return whether a finger has touched now.
+
+        Then `touch` wants to know where.
+        """
+        return True in [run.feel(row) for run, row in zip(self._runs, forces, strict=True)]
+
+    def touch(self, q: Array) -> None:
+        """Keep the measured posture (n, 22) [rad] of the fingers that have touched now."""
+        before, self._any_touched = self._holds, True
+        self.touched = np.array([run.touched for run in self._runs])
+        self._holds = self.touched[:, _COLUMNS] & ~_FIXED
+        self.at = np.where(self._holds & ~before, q, self.at)
+        self._told = None  # ways begin elsewhere
 
     def command(
         self,
         told: Array,
-        q: Array,
-        forces: Array,
-        slip: Array | None,
-        load: Array | None,
+        slip: Sequence[float] | None,
+        load: Sequence[float] | None,
         closed: float,
         dt: float,
         *,
         acting: bool,
     ) -> Array:
-        """Return the targets of all joints, (n, 22) [rad].
+        """Return the targets of all joints, (n, 22) [rad]; `feel` comes first.
 
         Parameters
         ----------
         told : (n, 22) [rad]
-            Where the driver wants the hand.
-        q : (n, 22) [rad]
-            Measured posture.
-        forces : (n, 5) [N]
-            Measured normal forces of the fingers.
+            Where the driver wants the hand. The same array as before has the same values.
         slip : (n,) [m/s]
             How fast the object moves in the palm; None before the action, and where it is not
             carried.
@@ -143,42 +216,20 @@ class GripLayer:
         acting
             Whether the task's action has begun.
         """
-        self.force += SMOOTHING * (forces - self.force)
-        new = (forces > TOUCH) > self.touched
-        if True in new:  # faster than new.any()
-            self.at = np.where(new[:, _COLUMNS] & ~_FIXED, q, self.at)
-            self.touched |= new
-            self._holds = self.touched[:, _COLUMNS] & ~_FIXED
-            self._any_touched = True
         if closed >= 1.0:  # fingers that have met nothing yet go on
             self.sought = min(self.sought + SEEKING * dt, SOUGHT)
         free = told + (closed + self.sought) * self.closing
         if not self._any_touched:
             return free
-        self._settle(slip, load, closed, dt, acting)
-        way = told + self.closing - self.at
-        longest = np.maximum.reduceat(np.abs(way)[:, _BY_FINGER], _STARTS, axis=1)
-        scale = (self.press / np.maximum(longest, SHORT))[:, _COLUMNS]
-        return np.where(self._holds, self.at + scale * way, free)
-
-    def _settle(
-        self, slip: Array | None, load: Array | None, closed: float, dt: float, acting: bool
-    ) -> None:
-        """Press more where there is too little force, less where there is too much."""
-        level = self._light + min(1.5 * closed, 1.0) * self._more
         if slip is not None and load is not None:
-            before = self._tighter
-            slipped = before + dt * np.maximum(slip - SLIDES, 0.0) / SLIP_DOUBLES
-            self._tighter = np.minimum(np.maximum(slipped, load / SURPRISE), MOST)
-            self._since = (self._since + dt) * (self._tighter <= before)
-            level = level * self._tighter
-        wanted = np.where(
-            self._used, level[:, None] * self.shares, np.minimum(IDLE, level)[:, None]
-        )
-        step = (dt / (SETTLING * _PER_RADIAN)) * (wanted - self.force)
-        if acting:
-            # The thumb supports what the fingers press: two that both correct for long would push
-            # the object to and fro. What the action flexes presses as far as it says.
-            step[:, 0] *= self._since < FOLLOWS
-            step[:, self.flexed] = 0.0
-        self.press = np.minimum(np.maximum(self.press + step * self.touched, -BEYOND), BEYOND)
+            for run, slides, weighs in zip(self._runs, slip, load, strict=True):
+                run.tighten(slides, weighs, dt)
+        for run in self._runs:
+            run.settle(closed, dt, acting)
+        self.press = np.array([run.press for run in self._runs])
+        if told is not self._told:
+            self._told, self._way = told, told + self.closing - self.at
+            longest = np.maximum.reduceat(np.abs(self._way)[:, _BY_FINGER], _STARTS, axis=1)
+            self._longest = np.maximum(longest, SHORT)
+        scale = (self.press / self._longest).take(_COLUMNS, axis=1)
+        return np.where(self._holds, self.at + scale * self._way, free)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -102,7 +103,7 @@ class Commands:
                 plan.palm.rotation.inv().apply(task.grasp.opposition),
                 task.grasp.fingers,
                 plan.squeeze,
-                Kinematics(size),
+                _kinematics(size),
             ),
             closed=ramp(times, schedule.squeeze_start, schedule.squeeze),
             flexion=path.flexions(times),
@@ -154,6 +155,12 @@ class Commands:
         are never lost.
         """
         return (self.lift >= 2 * LOST) & (required >= LOST)
+
+
+@cache
+def _kinematics(size: HandSize) -> Kinematics:
+    """Return the bodies of a hand of some size, which take longer to find than to place."""
+    return Kinematics(size)
 
 
 def read_at(schedule: Schedule) -> Array:

@@ -1,16 +1,46 @@
 """The virtual data glove: readings of the simulated joints as a sensor glove would give them."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from handsim.grasping.rollout.record import Rollout
 from handsim.recordings.recording import SYNTHETIC, Recording
 from handsim.tasks.task import Task
-from handsim.types import Array
+from handsim.types import Array, Mask
 
 RATE = 100.0
 """Rate of the readings, that of the paper's glove (Sec. VI-A) [Hz]."""
+
+
+class Measured(NamedTuple):
+    """What gloves and fingertips of n runs measure at one time; most readings are never asked for.
+
+    Attributes
+    ----------
+    q, noise : (n, 22) [rad]
+        Posture, and what the glove adds to it.
+    wrist : (n, 2) [rad]
+        What is said of the wrist's joints instead, where the arm moves them and not the driver,
+        who is not to answer it; otherwise None.
+    forces : (n, 5) [N]
+        Normal forces of the fingers.
+    """
+
+    q: Array
+    noise: Array
+    wrist: Array | None
+    forces: list[list[float]]
+
+    def without(self, lost: Mask, before: "Measured") -> "Measured":
+        """Return this with the posture of the time before in runs (n,) whose reading is lost."""
+        where = lost[:, None]
+        wrist = self.wrist
+        if wrist is not None and before.wrist is not None:
+            wrist = np.where(where, before.wrist, wrist)
+        q, noise = np.where(where, before.q, self.q), np.where(where, before.noise, self.noise)
+        return Measured(q, noise, wrist, self.forces)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Runs that are to be made, and which of them are commanded together."""
 
+import math
 from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
-from handsim.grasping.rollout.glove import RATE, DataGlove
+from handsim.grasping.rollout.glove import RATE, DataGlove, Measured
 from handsim.grasping.rollout.sensing import Sensors
 from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, LOWER, UPPER
@@ -88,8 +89,8 @@ class ArmCommands:
         Where arms are to be, targets that lead as compliant joints need it, and those of wrists.
     """
 
-    qpos: Index
-    ctrl: Index
+    qpos: slice | Index
+    ctrl: slice | Index
     path: Array
     arm: Array
     wrist: Array
@@ -104,7 +105,7 @@ class ArmCommands:
         paths = [each.arm for each in found]
         arms = [leading_targets(path, 1.0 / RATE, geometry) for path in paths]
         made = (np.stack(each, axis=1) for each in (paths, arms, [each.wrist for each in found]))
-        return cls(scene.arm_qpos, scene.arm_ctrl, *made)
+        return cls(_slice_of(scene.arm_qpos), _slice_of(scene.arm_ctrl), *made)
 
 
 @dataclass
@@ -155,10 +156,16 @@ class Group:
     def __post_init__(self) -> None:
         """Begin where the driver begins."""
         self._reference = self.driver.start(len(self.qpos))
-        self._measured: deque[tuple[Array, Array]] = deque(maxlen=self.delay + 1)
+        self._measured: deque[Measured] = deque(maxlen=self.delay + 1)
         self._told: Array = np.empty(0)
         self._sags: Array = np.zeros(1)
-        # Numbers are faster than arrays of one.
+        self._held: list[list[float]] = []
+        self._way: Array = np.empty(0)
+        self._target: Array = np.empty(0)
+        self._arrived = False
+        # Numbers are faster than arrays of one, and slices than indices that follow each other.
+        self._joints_ctrl = _slice_of(self.hand.ctrl_index)
+        self._flexes = [any(row) for row in self.commands.flexion.tolist()]
         self._closed: list[float] = self.commands.closed.tolist()
         self._any_lost = [any(row) for row in self.commands.lost.tolist()]
         if self.reach is not None:
@@ -172,20 +179,20 @@ class Group:
         if tick >= len(commands.times):
             return
         self._measured.append(self._measure(tick))
-        readings, forces = self._measured[0]
-        told = self._tell(tick, readings)
+        measured = self._measured[0]
+        told = self._tell(tick, measured)
         acting = tick >= commands.action
         slip = load = None
         if acting and commands.lifted:
-            held = self.sensors.held(self.sensordata)
-            moved = held - (self._held if tick > commands.action else held)
-            self._held = held
-            moved *= moved
-            slip = RATE * np.sqrt(moved[:, 0] + moved[:, 1] + moved[:, 2])
-            load = self.sensors.carried(self.sensordata) / commands.weight[tick]
+            slip = self._slip(tick > commands.action)
+            load = (self.sensors.carried(self.sensordata) / commands.weight[tick]).tolist()
         closed = self._closed[tick]
-        q = self.grip.command(told, readings, forces, slip, load, closed, 1.0 / RATE, acting=acting)
-        q = np.minimum(np.maximum(q + commands.flexion[tick], LOWER), UPPER)
+        if self.grip.feel(measured.forces):
+            self.grip.touch(self._reading(measured))
+        q = self.grip.command(told, slip, load, closed, 1.0 / RATE, acting=acting)
+        if self._flexes[tick]:
+            q = q + commands.flexion[tick]
+        q = np.minimum(np.maximum(q, LOWER), UPPER)
         ctrl = self.ctrl[tick]
         if self.reach is not None:
             q[:, WRIST_COLUMNS] = self.reach.wrist[tick]
@@ -194,39 +201,69 @@ class Group:
                 ctrl[:, self.reach.ctrl] += np.minimum(
                     np.maximum(_FELT * self._sags, -MOST_FELT), MOST_FELT
                 )
-        ctrl[:, self.hand.ctrl_index] = q
+        ctrl[:, self._joints_ctrl] = q
 
-    def _measure(self, tick: int) -> tuple[Array, Array]:
-        """Return readings of the gloves (n_runs, 22) [rad] and forces of the fingers [N]."""
-        commands, q = self.commands, self.qpos[:, self.hand.qpos_index]
-        readings = self.glove.reading(q, commands.disturbance[tick])
-        if self.reach is not None and tick:
-            # The arm says what the wrist does, not the driver: it is not to be answered.
-            readings[:, WRIST_COLUMNS] = self._told[:, WRIST_COLUMNS]
+    def _slip(self, known: bool) -> list[float]:
+        """Return how fast the objects move in the palms [m/s]; 0 where it is not known before."""
+        held = self.sensors.held(self.sensordata).tolist()
+        before, self._held = self._held if known else held, held
+        return [
+            RATE * math.sqrt((x - a) * (x - a) + (y - b) * (y - b) + (z - c) * (z - c))
+            for (x, y, z), (a, b, c) in zip(held, before, strict=True)
+        ]
+
+    def _measure(self, tick: int) -> Measured:
+        """Return what is measured now, without what is lost of it."""
+        commands, q = self.commands, self.qpos.take(self.hand.qpos_index, axis=1)
+        forces = self.sensors.finger_forces(self.sensordata)
+        measured = Measured(q, commands.disturbance[tick], None, forces)
+        if self.reach is not None:
+            # Until the driver has told something, the wrist is read as it is.
+            told = self._told if tick else self._reading(measured)
+            measured = measured._replace(wrist=told[:, WRIST_COLUMNS])
         if self._any_lost[tick] and self._measured:
-            readings = np.where(commands.lost[tick][:, None], self._measured[-1][0], readings)
-        return readings, self.sensors.finger_forces(self.sensordata)
+            return measured.without(commands.lost[tick], self._measured[-1])
+        return measured
 
-    def _tell(self, tick: int, readings: Array) -> Array:
+    def _reading(self, measured: Measured) -> Array:
+        """Return what the gloves read, (n_runs, 22) [rad]."""
+        reading = self.glove.reading(measured.q, measured.noise)
+        if measured.wrist is not None:
+            reading[:, WRIST_COLUMNS] = measured.wrist
+        return reading
+
+    def _tell(self, tick: int, measured: Measured) -> Array:
         """Return where the hand is to go (n_runs, 22) [rad], and put the forearm there."""
         commands, driver = self.commands, self.driver
         if tick < self.last:
             time = float(commands.times[tick])
-            told, self._reference = driver.step(time, 1.0 / RATE, self._reference, readings)
-            self._told = np.broadcast_to(told, readings.shape)
+            reading = self._reading(measured)
+            told, self._reference = driver.step(time, 1.0 / RATE, self._reference, reading)
+            self._told = told if told.ndim > 1 else np.broadcast_to(told, reading.shape)
             if self.reach is None:
                 self._carry(tick, self._told)
             return self._told
-        way = driver.destination - self._told
-        if tick == self.last and self.reach is None:
-            self._carry(slice(tick, None), self._told + commands.closed[tick:, None, None] * way)
-        return self._told + commands.closed[tick] * way
+        if tick == self.last:
+            self._way = driver.destination - self._told
+            if self.reach is None:
+                closed = commands.closed[tick:, None, None]
+                self._carry(slice(tick, None), self._told + closed * self._way)
+        if not self._arrived:
+            closed = self._closed[tick]
+            self._target, self._arrived = self._told + closed * self._way, closed == 1.0
+        return self._target
 
     def _carry(self, rows: int | slice, told: Array) -> None:
         """Put the forearm where palm and wrist need it."""
         self.mocap_pos[rows], self.mocap_quat[rows] = self.wrist.forearm(
             self.commands.palm_pos[rows], self.commands.palm_quat[rows], told
         )
+
+
+def _slice_of(index: Index) -> slice | Index:
+    """Return a slice where indices follow each other."""
+    first, n = int(index[0]), len(index)
+    return slice(first, first + n) if np.array_equal(index, first + np.arange(n)) else index
 
 
 def commands_of(jobs: Sequence[Job]) -> list[Commands]:

@@ -44,7 +44,7 @@ BAD_NUMBERS = tuple(
 )
 """MuJoCo's warnings of infinite or undefined numbers. After all but the first of them MuJoCo
 resets the simulation and goes on."""
-CHECKED_EVERY = 25
+CHECKED_EVERY = 50
 """Number of readings between two checks for divergence: a check at every reading would cost 4 % of
 the steps."""
 

@@ -176,11 +176,9 @@ class Sensors:
         self._carried = self._held.stop + 2
         self._finger_pushes = np.array(
             [
-                [
-                    self._slots.start + (sensor * SLOTS + slot) * _WIDTH + _PUSH
-                    for slot in range(SLOTS)
-                ]
+                self._slots.start + (sensor * SLOTS + slot) * _WIDTH + _PUSH
                 for sensor in self._fingers
+                for slot in range(SLOTS)
             ]
         )
         self._table_force, self._table_overlap = self._carried + 3, self._carried + 4
@@ -229,13 +227,16 @@ class Sensors:
         touch = Touch(force.reshape(*shape, -1), press.reshape(*shape, -1, 3), depth.reshape(shape))
         return touch, crowded.reshape(shape)
 
-    def finger_forces(self, values: Array) -> Array:
+    def finger_forces(self, values: Array) -> list[list[float]]:
         """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
-        pushes = values[:, self._finger_pushes]
-        # In pairs: NumPy's own order would depend on how many simulations there are.
-        while pushes.shape[2] > 1:
-            pushes = pushes[:, :, 0::2] + pushes[:, :, 1::2]
-        return pushes[:, :, 0]
+        return [
+            # In pairs: the same order, and the same bits, however many simulations there are.
+            [
+                ((a + b) + (c + d)) + ((e + f) + (g + h))
+                for a, b, c, d, e, f, g, h in zip(*[iter(pushes)] * SLOTS, strict=True)
+            ]
+            for pushes in values.take(self._finger_pushes, axis=1).tolist()
+        ]
 
     def held(self, values: Array) -> Array:
         """Return where the object's centre of mass is in the palm's frame (n, 3) [m]."""

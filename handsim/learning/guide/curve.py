@@ -127,10 +127,9 @@ def _slope_weights(u: _Number) -> tuple[_Number, ...]:
 
 
 def _weighted(four: Sequence[_Number], weights: tuple[_Number | float, ...]) -> _Number:
-    result = four[0] * weights[0]
-    for points, weight in zip(four[1:], weights[1:], strict=True):
-        result = result + points * weight
-    return result
+    a, b, c, d = four
+    wa, wb, wc, wd = weights
+    return a * wa + b * wb + c * wc + d * wd
 
 
 def interpolated(x: Array, known: Array, points: Array) -> Array:

@@ -102,6 +102,13 @@ class ProgressLaw:
         covered, rate = self._at(min(max(time / self.duration, 0.0), self._last))
         return rate / (1.0 - covered)
 
+    def at_and_closing(self, time: float) -> tuple[float, float, float]:
+        """Return what `at` and `closing` do; for loops."""
+        covered, rate = self.at(time)
+        if time / self.duration <= self._last:
+            return covered, rate, rate / (1.0 - covered)
+        return covered, rate, self.closing(time)
+
     def _at(self, x: float) -> tuple[float, float]:
         if self._spline is None:
             return _covered(x), 30.0 * x**2 * (1.0 - x) ** 2 / self.duration

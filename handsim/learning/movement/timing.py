@@ -99,5 +99,4 @@ class GuidedTiming:
 
     def velocities(self, z: Array, time: float) -> Array:
         """Return velocities (N, n) [rad/s] at measured postures (N, n) and a time [s]."""
-        covered, rate = self.law.at(time)
-        return self.field.velocity(z, covered, rate, self.law.closing(time))
+        return self.field.velocity(z, *self.law.at_and_closing(time))

@@ -51,9 +51,10 @@ def given(
 ):
     forces = np.atleast_2d(forces)
     n = len(forces)
-    rows = [np.broadcast_to(v, (n, 22)) for v in (told, q)]
-    felt = [None if v is None else np.broadcast_to(v, (n,)) for v in (slip, load)]
-    return each.command(*rows, forces, *felt, closed, DT, acting=acting)
+    felt = [None if v is None else np.broadcast_to(v, (n,)).tolist() for v in (slip, load)]
+    if each.feel(forces.tolist()):
+        each.touch(np.broadcast_to(q, (n, 22)))
+    return each.command(np.broadcast_to(told, (n, 22)), *felt, closed, DT, acting=acting)
 
 
 def pressing(each: GripLayer, n: int, fingers=(0, 1, 2), stiffness=1.0, **values) -> np.ndarray:
@@ -331,10 +332,12 @@ def test_runs_together_get_the_bits_of_each_alone():
         closed, acting = min(tick / 30, 1.0), tick > 40
         slip = generator.uniform(0, 0.05, 3) if acting else None
         load = generator.uniform(0.5, 1.5, 3) if acting else None
-        all_targets = together.command(told, q, forces, slip, load, closed, DT, acting=acting)
+        named = {"closed": closed, "acting": acting}
+        all_targets = given(together, forces, told=told, q=q, slip=slip, load=load, **named)
         for i, each in enumerate(alone):
-            rows = [None if v is None else v[[i]] for v in (told, q, forces, slip, load)]
-            targets = each.command(*rows, closed, DT, acting=acting)
+            felt = [None if v is None else v[i] for v in (slip, load)]
+            rows = {"told": told[i], "q": q[i], "slip": felt[0], "load": felt[1]}
+            targets = given(each, forces[i], **rows, **named)
             np.testing.assert_array_equal(all_targets[[i]], targets)
     assert together.touched.all()
     assert not np.array_equal(all_targets[0], all_targets[1])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.gripping.need import (
@@ -122,6 +123,44 @@ def test_a_third_contact_never_makes_it_worse():
         )
         load = np.array([0.5, 0.0, 6.0])
         assert least_grip(more, CENTRE, load) <= least_grip(held, CENTRE, load) + 1e-6
+
+
+def programmed(held: HandContacts, load: np.ndarray) -> tuple[float, float]:
+    """Half the least sum of normal forces, and the load that is missing: all by `linprog`."""
+    edges = _edges(held, CENTRE)
+    n = edges.shape[1]
+    found = linprog(
+        np.append(np.ones(n), np.full(12, 1e3)),
+        A_eq=np.hstack([edges, np.eye(6), -np.eye(6)]),
+        b_eq=np.append(load, np.zeros(3)),
+    )
+    return 0.5 * float(found.x[:n].sum()), float(found.x[n:].sum())
+
+
+def test_needs_are_those_of_a_linear_program():
+    """Of contacts that carry the load and of others, where the least counts and where not."""
+    generator, kinds = np.random.default_rng(3), []
+    for i in range(240):
+        n = int(generator.integers(1, 6))
+        points, normals = 0.03 * generator.normal(size=(n, 3)), generator.normal(size=(n, 3))
+        if i % 2:  # on two sides, as in a grip
+            normals = 0.3 * normals + np.where(np.arange(n) % 2, 1.0, -1.0)[:, None] * [0, 1, 0]
+            points[:, 1] = -0.03 * np.sign(normals[:, 1])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        friction, torsion = generator.uniform([0.3, 0.002], [1.2, 0.01], (n, 2)).T
+        held = HandContacts(points, normals, friction, torsion)
+        load = generator.normal(size=3) * generator.choice([0.3, 1.0, 2.0, 5.0])
+        need, missing = programmed(held, load)
+        assert least_grip(held, CENTRE, load) == pytest.approx(max(LEAST, need), rel=0, abs=1e-6)
+        kinds.append((missing < 1e-6 * np.linalg.norm(load), need > LEAST))
+    for kind in ((True, True), (True, False), (False, True), (False, False)):
+        assert kinds.count(kind) >= 5, kind
+
+
+@pytest.mark.parametrize("need", [0.97, 0.99, 0.996, 1.0, 1.004, 1.01])
+def test_a_need_about_the_least_is_not_mistaken_for_less(need):
+    found = least_grip(pinch(), CENTRE, np.array([0, 0, 1.6 * need]))
+    assert found == pytest.approx(max(LEAST, need), rel=0, abs=1e-9)
 
 
 def test_many_contacts_at_once_are_those_one_by_one():

@@ -79,6 +79,18 @@ def test_the_squeeze_begins_when_the_reach_ends_and_is_whole_in_the_action(comma
     np.testing.assert_allclose(commands.closed[170:], 1.0)
 
 
+def test_each_hand_closes_as_its_own_size_and_side_say():
+    """In whatever order they come: of the thumbs, a left one goes another way."""
+    across, found = PLAN.palm.rotation.inv().apply(MOVE.grasp.opposition), []
+    for side in ("right", "left", "right"):
+        size = HandSize(0.18, 0.08, side)
+        found.append(Commands.of(PLAN, MOVE, SCHEDULE, size).closing)
+        expected = closing(PLAN.q_goal, across, MOVE.grasp.fingers, PLAN.squeeze, Kinematics(size))
+        np.testing.assert_array_equal(found[-1], expected)
+    assert np.abs(found[1] - found[0]).max() > 0.01
+    np.testing.assert_array_equal(found[2], found[0])
+
+
 def test_fingers_that_act_flex_beside_the_squeeze():
     click = task_by_name("mouse-left-click")
     acting = Commands.of(PLAN, click, schedule_for(click))

@@ -22,10 +22,10 @@ def carried(mass: float, corrected: bool = True) -> SimpleNamespace:
     told = []
 
     def command(self, *args, **named):
-        _, _, _, slip, load, *_ = args
+        _, slip, load, *_ = args
         told.append([None if each is None else float(each[0]) for each in (slip, load)])
         targets = usual(self, *args, **named)
-        tighter.append(float(self._tighter[0]))
+        tighter.append(self._runs[0]._tighter)
         return targets
 
     def place(self, values):

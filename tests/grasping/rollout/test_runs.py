@@ -153,9 +153,9 @@ def test_an_arm_is_lifted_no_farther_than_it_may_be(monkeypatch):
 def test_where_nothing_is_lifted_arm_and_grip_go_by_what_they_were_told(monkeypatch):
     felt = []
 
-    def command(self, told, q, forces, slip, load, *args, **named):
+    def command(self, told, slip, load, *args, **named):
         felt.append((slip, load))
-        return usual(self, told, q, forces, slip, load, *args, **named)
+        return usual(self, told, slip, load, *args, **named)
 
     usual = jobs.GripLayer.command
     monkeypatch.setattr(jobs.GripLayer, "command", command)
@@ -321,7 +321,7 @@ def test_speed_counts_either_way_up_to_500():
     assert diverged(qvel, none).tolist() == [False, False, True, True, True]
 
 
-@pytest.mark.parametrize("bad", [0, 7, 24, 25, 55, 60])
+@pytest.mark.parametrize("bad", [0, 7, 49, 50, 55, 60])
 def test_a_run_that_diverges_ends_with_the_reading_before(made, monkeypatch, bad):
     """As if the velocities after reading ``bad`` were no numbers."""
     calls = []
@@ -335,16 +335,16 @@ def test_a_run_that_diverges_ends_with_the_reading_before(made, monkeypatch, bad
     monkeypatch.setattr(runs, "record_of", length)
     asking = Asking()
     assert simulate(made.scene, made.plan, asking, DataGlove(), SCHEDULE) == (bad + 1, True)
-    assert calls == [25, 25, 11][: bad // 25 + 1]  # nothing is simulated after it is found
+    assert calls == [50, 11][: bad // 50 + 1]  # nothing is simulated after it is found
 
 
 def length(scene, commands, driver, glove, samples, *, unstable):
     return len(samples["qpos"]), unstable
 
 
-@pytest.mark.parametrize(("at", "unstable"), [(10, False), (24, True), (60, True)])
+@pytest.mark.parametrize(("at", "unstable"), [(10, False), (49, True), (60, True)])
 def test_a_run_that_is_lost_between_checks_has_not_diverged(made, monkeypatch, at, unstable):
-    """Though its velocities are no numbers: they are checked at readings 24, 49 and 60."""
+    """Though its velocities are no numbers: they are checked at readings 49 and 60."""
     asked = []
 
     def due_to_rise(self, required):
@@ -353,10 +353,10 @@ def test_a_run_that_is_lost_between_checks_has_not_diverged(made, monkeypatch, a
 
     monkeypatch.setattr(Commands, "due_to_rise", due_to_rise)
     monkeypatch.setattr(
-        runs, "diverged", lambda qvel, warnings: np.full(qvel.shape[:2], len(qvel) != 25 or at < 60)
+        runs, "diverged", lambda qvel, warnings: np.full(qvel.shape[:2], len(qvel) != 50 or at < 60)
     )
     monkeypatch.setattr(runs, "record_of", length)
     n, told = simulate(made.scene, made.plan, Asking(), DataGlove(), SCHEDULE, brief=True)
     assert told is unstable
-    assert n == {10: 11, 24: 1, 60: 51}[at]
+    assert n == {10: 11, 49: 1, 60: 51}[at]
     assert asked == [TASK.rule.lift]

@@ -252,3 +252,26 @@ def test_forces_of_fingers_are_the_same_bits_for_one_simulation_and_for_many(tou
     many = np.random.default_rng(0).uniform(0.0, 9.0, (40, sensed(touching).shape[1]))
     alone = [sensors.finger_forces(row[None])[0] for row in many]
     np.testing.assert_array_equal(sensors.finger_forces(many), alone)
+
+
+def test_forces_of_a_finger_are_added_in_pairs(touching):
+    """Of 1e16 and ones: added one by one the ones would be lost."""
+    sensors = Sensors(touching.hand.model)
+    slots = sensors._finger_pushes.reshape(len(FINGERS), SLOTS)
+    assert SLOTS == 8
+    generator, apart = np.random.default_rng(1), 0
+    for _ in range(20):
+        values = np.zeros((2, sensed(touching).shape[1]))
+        pushes = 10.0 ** generator.uniform(-3, 3, (2, len(FINGERS), SLOTS))
+        pushes[1, 0] = 1e16, *[1.0] * 7
+        values[:, slots] = pushes
+        a, b, c, d, e, f, g, h = np.moveaxis(pushes, 2, 0)
+        expected = ((a + b) + (c + d)) + ((e + f) + (g + h))
+        found = sensors.finger_forces(values)
+        assert [[type(force) for force in run] for run in found] == [[float] * 5] * 2
+        np.testing.assert_array_equal(found, expected)
+        one_by_one = a + b + c + d + e + f + g + h
+        apart += int((one_by_one != expected).sum())
+        assert found[1][0] == 1e16 + 6.0
+        assert one_by_one[1, 0] == 1e16
+    assert apart > 40

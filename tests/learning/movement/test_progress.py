@@ -42,6 +42,18 @@ def test_the_rate_is_held_near_the_end(curve: np.ndarray | None) -> None:
     assert law.at(1.0) == law.at(5.0) == (1.0, 0.0)
 
 
+@pytest.mark.parametrize("curve", [None, np.array([0.0, 0.1, 0.1, 0.8, 0.95, 1.0])])
+def test_both_at_once_are_the_same_bits_as_one_by_one(curve: np.ndarray | None) -> None:
+    """Before, in and after the movement, and where the rate begins to be held."""
+    law = ProgressLaw(1.3, curve)
+    time = np.linspace(-0.4, 1.7, 2101)
+    held = float(time[np.argmax(law.covered(time) >= 0.95)])
+    near = [np.nextafter(edge, way) for edge in (0.0, held, 1.3) for way in (-9.0, 9.0)]
+    for each in [*time.tolist(), 0.0, held, 1.3, *map(float, near)]:
+        assert law.at_and_closing(each) == (*law.at(each), law.closing(each)), each
+    assert law.at_and_closing(5.0)[:2] == (1.0, 0.0) and law.at_and_closing(5.0)[2] > 1.0
+
+
 @pytest.mark.parametrize("duration", [0.0, -1.0, np.nan, np.inf, 601.0])
 def test_bad_durations(duration: float) -> None:
     with pytest.raises(InputError, match="positive number of seconds"):
