@@ -2,6 +2,7 @@
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import mujoco
@@ -90,12 +91,14 @@ def least_grip(contacts: HandContacts, centre: Array, force: Array) -> float:
         return LEAST
     wrenches = _edges(contacts, centre)
     n, load = wrenches.shape[1], np.concatenate([force, np.zeros(3)])
-    # Most things need less than they are counted to need: least squares see it ten times as fast.
+    # Most things need less than they are counted to need: least squares see it ten times as fast,
+    # but may give up.
     sparing = np.vstack([wrenches, np.full(n, _SPARING)])
-    pushes, _ = nnls(sparing, np.append(load, 0.0))
-    missing = float(np.linalg.norm(wrenches @ pushes - load))
-    if missing <= _CARRIED * float(np.linalg.norm(load)) and float(pushes.sum()) < 1.99 * LEAST:
-        return LEAST
+    with suppress(RuntimeError):
+        pushes, _ = nnls(sparing, np.append(load, 0.0))
+        missing = float(np.linalg.norm(wrenches @ pushes - load))
+        if missing <= _CARRIED * float(np.linalg.norm(load)) and pushes.sum() < 1.99 * LEAST:
+            return LEAST
     balance = np.hstack([wrenches, np.eye(6), -np.eye(6)])
     cost = np.concatenate([np.ones(n), np.full(12, _MISSING)])
     # No number has to be whole: this is the same linear program as `linprog` solves, set up faster.

@@ -20,6 +20,7 @@ from handsim.errors import InputError
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.gripping.need import LEAST, contacts_at, least_grip
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.tasks.rules import GraspTraces, Outcome, judge
 from handsim.types import Array
 
@@ -197,7 +198,10 @@ def record_of(
     n = len(samples["qpos"])
     arrays = dict(samples)
     reading = glove.reading(arrays["qpos"][:, scene.hand.qpos_index], commands.disturbance[:n])
-    arrived = driver.arrived(reading[min(commands.arrival, n - 1)])
+    last_of_reach = reading[min(commands.arrival, n - 1)].copy()
+    if commands.reach is not None:  # the arm says where the wrist is, not the driver
+        last_of_reach[WRIST_COLUMNS] = driver.destination[WRIST_COLUMNS]
+    arrived = driver.arrived(last_of_reach)
     arrays |= {
         "time": commands.times[:n],
         "reading": reading,

@@ -21,7 +21,7 @@ def commanded(each: GripLayer, told: np.ndarray, forces: np.ndarray, q: np.ndarr
 def test_the_same_array_again_gives_the_bits_of_a_copy():
     """While fingers touch one by one, also after a target of other values was told in between."""
     generator = np.random.default_rng(0)
-    same, copies = layer((2.0, 7.0)), layer((2.0, 7.0))
+    same, copies, forgetful = (layer((2.0, 7.0)) for _ in range(3))
     told, other = generator.uniform(0.2, 1.0, (2, 2, 22))
     begins = np.array([[3, 5, 5, 9, 14], [4, 5, 12, 30, 30]])
     moved = []
@@ -32,6 +32,8 @@ def test_the_same_array_again_gives_the_bits_of_a_copy():
         kept = commanded(same, now, forces, q, tick)
         made_anew = commanded(copies, now.copy(), forces, q, tick)
         np.testing.assert_array_equal(kept, made_anew)
+        forgetful._told = None
+        np.testing.assert_array_equal(kept, commanded(forgetful, now, forces, q, tick))
         moved.append(kept)
     assert same.touched.tolist() == [[True] * 5, [True, True, True, False, False]]
     np.testing.assert_array_equal(same.at, copies.at)

@@ -216,3 +216,13 @@ def test_contacts_are_those_of_hand_and_object_in_the_model(base):
     np.testing.assert_array_equal(found.normals, [each[1] for each in expected])
     np.testing.assert_allclose(found.friction, 0.6)
     np.testing.assert_allclose(found.torsion, FRICTION[1] * 0.6 / FRICTION[0])
+
+
+def test_a_need_is_found_where_least_squares_give_up(monkeypatch):
+    def gives_up(*_):
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr("handsim.grasping.gripping.need.nnls", gives_up)
+    for weight in (0.5, 8.0):
+        need = max(LEAST, weight / (2 * 0.8))
+        assert least_grip(pinch(), CENTRE, np.array([0, 0, weight])) == pytest.approx(need)

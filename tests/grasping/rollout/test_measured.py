@@ -9,7 +9,7 @@ from handsim.grasping.rollout.glove import DataGlove, Measured
 from handsim.grasping.rollout.jobs import GripLayer, Sensors
 from handsim.joints import FINGERS
 
-from .test_runs import made_with
+from .short_runs import made_with
 
 INDEX, THUMB = FINGERS.index("index"), FINGERS.index("thumb")
 REST = np.delete(np.arange(22), WRIST_COLUMNS)

@@ -25,6 +25,7 @@ TIMES = np.arange(12) / 100
 
 class Driver:
     name = "made-up"
+    destination = np.zeros(22)
 
     def __init__(self):
         self.asked = []

@@ -1,86 +1,30 @@
 """What a run is commanded, when it is given up, and when it has diverged."""
 
 from dataclasses import replace
-from functools import cache
 from types import SimpleNamespace
 
 import mujoco
 import numpy as np
 import pytest
 
-from handsim.arm.arm_strength import leading_targets
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.plan import Schedule
-from handsim.grasping.planning.demonstrator import scripted_plan
-from handsim.grasping.rollout import jobs
 from handsim.grasping.rollout import run as runs
 from handsim.grasping.rollout._stepping import steps_per_reading
 from handsim.grasping.rollout.commands import Commands
-from handsim.grasping.rollout.compiled_scene import Scene
-from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
+from handsim.grasping.rollout.forearm import Wrist
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.jobs import Job, commands_of
 from handsim.grasping.rollout.run import diverged, simulate
-from handsim.hand.mjcf import build_hand
-from handsim.hand.model import HandModel
 from handsim.joints import JOINT_INDEX, LOWER, UPPER
-from handsim.tasks.table_one import task_by_name
 from handsim.tasks.task import Step
 
-TASK = task_by_name("cube-raise")
-SCHEDULE = Schedule(steps=(0.1,), hold=0.4, reach=0.05, squeeze=0.05)
-"""Sixty-one readings: reach, squeeze, lift and a hold that is shaken."""
-
-
-class Asking:
-    """A driver that keeps what it is asked and follows what it reads."""
-
-    name, reach = "asking", SCHEDULE.reach
-    destination = np.linspace(LOWER, UPPER, 5)[2]
-
-    def __init__(self):
-        self.asked = []
-
-    def start(self, n):
-        return np.zeros((n, 1))
-
-    def step(self, time, dt, reference, readings):
-        self.asked.append((time, readings[0].copy(), dt, float(reference[0, 0])))
-        return readings, reference + 1.0
-
-    def coordinates(self, readings):
-        return readings[:, :0]
-
-    def arrived(self, reading):
-        return True
-
-
-@cache
-def high_plan():
-    """Far from the object, so that nothing touches."""
-    plan, _ = scripted_plan(TASK, HandModel.from_spec(build_hand()))
-    return replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.3])))
-
-
-def made_with(task=TASK, **values):
-    """A short run, its commands, scene, driver and plan."""
-    scene = Scene.build(task, Conditions(**values))
-    plan, driver = high_plan(), Asking()
-    run = simulate(scene, plan, driver, DataGlove(), SCHEDULE)
-    commands = Commands.of(plan, task, SCHEDULE).disturbed(scene.conditions, DataGlove())
-    return SimpleNamespace(run=run, commands=commands, scene=scene, driver=driver, plan=plan)
+from .short_runs import SCHEDULE, TASK, Asking, high_plan, made_with
 
 
 @pytest.fixture(scope="module")
 def made():
     """A short run of a free hand that is shaken."""
     return made_with(seed=6, shake=3.0, base="free")
-
-
-@pytest.fixture(scope="module")
-def on_arm():
-    """The same on an arm."""
-    return made_with(seed=6, shake=3.0)
 
 
 def test_a_hand_is_shaken_as_its_conditions_say(made):
@@ -115,75 +59,6 @@ def test_commands_are_what_the_driver_wants_with_the_squeeze_added(made):
     moved = np.flatnonzero(made.commands.closing)
     assert len(moved) == 9 + 4
     assert moved[made.commands.closing[moved] < 0].tolist() == [JOINT_INDEX["thumb_abduction"]]
-
-
-def test_an_arm_is_commanded_to_bring_the_palm_where_it_is_to_be(on_arm):
-    arm = on_arm.scene.arm
-    reach = on_arm.commands.reached(arm, on_arm.plan.q_goal).reach
-    ctrl, run = on_arm.run.ctrl, on_arm.run
-    sags = reach.arm - run.qpos[:, on_arm.scene.arm_qpos]
-    sags[:10] = 0.0  # before the action
-    # Brought back with a time constant of 0.25 s.
-    expected = leading_targets(reach.arm, 0.01, arm.geometry) + 0.01 / 0.25 * sags.cumsum(axis=0)
-    assert np.abs(sags).max() > 0.01
-    np.testing.assert_allclose(ctrl[:, on_arm.scene.arm_ctrl], expected, atol=1e-12)
-    of_hand = ctrl[:, on_arm.scene.hand.ctrl_index]
-    np.testing.assert_allclose(of_hand[:, WRIST_COLUMNS], reach.wrist, atol=1e-12)
-    np.testing.assert_array_equal(run.mocap_pos, on_arm.commands.palm_pos)
-    np.testing.assert_array_equal(run.mocap_quat, on_arm.commands.palm_quat)
-
-
-def corrected(made) -> np.ndarray:
-    """How far targets of the arm are off those for a path that is followed, (61, 5) [rad]."""
-    arm = made.scene.arm
-    reach = made.commands.reached(arm, made.plan.q_goal).reach
-    leading = leading_targets(reach.arm, 0.01, arm.geometry)
-    return made.run.ctrl[:, made.scene.arm_ctrl] - leading
-
-
-def test_an_arm_is_lifted_no_farther_than_it_may_be(monkeypatch):
-    """By 0.3 rad, either way; here by less, since nothing sags so far."""
-    assert jobs.MOST_FELT == 0.3
-    monkeypatch.setattr(jobs, "MOST_FELT", 0.002)
-    moved = corrected(made_with(seed=6, shake=3.0))
-    assert moved.max() == pytest.approx(0.002)
-    assert moved.min() == pytest.approx(-0.002)
-
-
-def test_where_nothing_is_lifted_arm_and_grip_go_by_what_they_were_told(monkeypatch):
-    felt = []
-
-    def command(self, told, slip, load, *args, **named):
-        felt.append((slip, load))
-        return usual(self, told, slip, load, *args, **named)
-
-    usual = jobs.GripLayer.command
-    monkeypatch.setattr(jobs.GripLayer, "command", command)
-    aside = (replace(TASK.steps[0], shift=(0.05, 0.0, 0.0)),)
-    rule = replace(TASK.rule, kind="slide", lift=0.0, distance=0.05)
-    resting = replace(TASK, rule=rule, steps=aside)
-    assert not rule.lifted
-    moved = corrected(made_with(resting, seed=6, shake=3.0))
-    np.testing.assert_allclose(moved, 0.0, atol=1e-12)
-    assert felt == [(None, None)] * 61
-
-
-def test_an_arm_begins_where_it_is_to_be_at_rest(on_arm):
-    reach = on_arm.commands.reached(on_arm.scene.arm, on_arm.plan.q_goal).reach
-    np.testing.assert_array_equal(on_arm.run.qpos[0, on_arm.scene.arm_qpos], reach.arm[0])
-    of_hand = on_arm.run.qpos[0, on_arm.scene.hand.qpos_index]
-    np.testing.assert_array_equal(of_hand[WRIST_COLUMNS], reach.wrist[0])
-    fingers = np.delete(of_hand, WRIST_COLUMNS)
-    np.testing.assert_array_equal(fingers, np.delete(on_arm.plan.q_start, WRIST_COLUMNS))
-    assert not on_arm.run.qvel[0].any()
-
-
-def test_what_the_arm_does_with_the_wrist_is_not_told_to_the_driver(on_arm):
-    """It reads its own wrist again, so that it answers nothing."""
-    readings = np.array([each[1] for each in on_arm.driver.asked])
-    np.testing.assert_array_equal(readings[1:, WRIST_COLUMNS], readings[:-1, WRIST_COLUMNS])
-    rest = np.delete(np.arange(22), WRIST_COLUMNS)
-    np.testing.assert_array_equal(readings[:, rest], on_arm.run.reading[:6, rest])
 
 
 def test_fingers_act_as_the_task_says():
