@@ -72,4 +72,6 @@ def draw_furniture(scene: mujoco.MjvScene, parts: tuple[FurniturePart, ...]) -> 
             np.array(part.rgba, np.float32),
         )
         geom.specular, geom.shininess = 0.0, 0.1
+        # MuJoCo leaves of what stood in this place before which object it drew.
+        geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN.value, -1, -1
         scene.ngeom += 1

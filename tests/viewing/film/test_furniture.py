@@ -39,6 +39,17 @@ def test_no_more_is_drawn_than_there_is_room_for(scene: mujoco.MjModel) -> None:
         assert picture.ngeom == drawn
 
 
+def test_furniture_is_no_object_of_the_model(scene: mujoco.MjModel) -> None:
+    """Whatever was drawn in its place before."""
+    picture = mujoco.MjvScene(scene, 1)
+    geom = picture.geoms[0]
+    geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_GEOM.value, 7, 9
+    draw_furniture(picture, furniture_of(scene))
+    assert picture.ngeom == 1
+    assert (geom.objtype, geom.objid) == (mujoco.mjtObj.mjOBJ_UNKNOWN.value, -1)
+    assert geom.segid == -1, "it has no colour in pictures of objects"
+
+
 def test_floor_is_seen_beyond_the_persons_edge_of_the_table(
     rendering: str, scene: mujoco.MjModel
 ) -> None:
