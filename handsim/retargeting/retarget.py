@@ -267,7 +267,7 @@ class Retargeter:
                 lambda at: residuals.at(at, near),
                 x, robot.lower, robot.upper, bound, most, settled,
             )  # fmt: skip
-            if bound.allows(x):
+            if movement.allows(x):
                 break
         return untangled(residuals_of, robot, self._contact, movement, x)
 

@@ -12,6 +12,7 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.postures import POSTURES
 from handsim.joints import JOINT_INDEX, clip_to_range
 from handsim.recordings.folder import read_recordings
+from handsim.retargeting import retarget
 from handsim.retargeting.retarget import SETTLING, Retargeter, Weights, human_hand
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.retargeting.solving.residuals import Residuals
@@ -123,6 +124,22 @@ def test_joints_move_at_most_so_much_faster_than_the_persons(robot, reach):
     assert np.any(moved[0] > limit + np.deg2rad(1)), "it is what limits"
     kept_tips, free_tips = (robot.forward(each.positions[-1]).points for each in (kept, free))
     assert np.allclose(kept_tips, free_tips, atol=2e-3), "it settles"
+
+
+def test_limits_are_kept_by_the_fit_and_not_only_by_clipping_it(robot, reach, monkeypatch):
+    """What is over them before links are taken out of one another, free and within limits."""
+    over, untangled = [], retarget.untangled
+
+    def looked_at(residuals_of, hand, contact, movement, start):
+        over.append(float((np.abs(np.diff(start, axis=0)) - limit).max()))
+        return untangled(residuals_of, hand, contact, movement, start)
+
+    monkeypatch.setattr(retarget, "untangled", looked_at)
+    limit = (1.5 * np.abs(np.diff(reach, axis=0)).max(axis=1) + SETTLING)[:, None]
+    for gain in (np.inf, 1.5):
+        Retargeter(robot).retarget(reach, max_gain=gain)
+    assert over[0] > np.deg2rad(3.0)
+    assert over[1] < 0.3 * over[0]
 
 
 def test_largest_step_is_kept(robot, reach):
