@@ -5,6 +5,7 @@ a hand that holds. Their limits were written down before any grasp was tuned to 
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -100,13 +101,55 @@ def held_forces(traces: GraspTraces) -> Array:
     return held.mean(axis=0) if len(held) else np.zeros(len(CONTACT_PARTS))
 
 
-def broken(traces: GraspTraces, task: Task) -> tuple[Reason, str] | None:
+@dataclass(frozen=True)
+class Shown:
+    """What a run shows of that which these rules ask for.
+
+    Attributes
+    ----------
+    way, turned
+        As `pushed` returns them, [m] and [deg].
+    table, finger
+        `table_force` and `finger_force` [N].
+    forces : (6,) [N]
+        `held_forces`.
+    margin
+        The greatest of them, relative to the need.
+    overlap
+        Deepest penetration [m].
+    share
+        `opposed_share`, without the fingers that are `working`.
+    """
+
+    way: float
+    turned: float
+    table: float
+    finger: float
+    forces: Array
+    margin: float
+    overlap: float
+    share: float
+
+    @classmethod
+    def by(cls, traces: GraspTraces, task: Task) -> "Shown":
+        """Measure a run."""
+        forces = held_forces(traces)
+        return cls(
+            *pushed(traces),
+            table_force(traces),
+            finger_force(traces),
+            forces,
+            float(forces.max()) / traces.need,
+            float(traces.penetration.max()),
+            opposed_share(traces, working(task)),
+        )
+
+
+def broken(traces: GraspTraces, task: Task, shown: Shown) -> tuple[Reason, str] | None:
     """Return the first of these rules that a run breaks, as reason and sentence, or None."""
     rule = task.rule
-    way, turned = pushed(traces)
-    table, finger = table_force(traces), finger_force(traces)
-    margin = float(held_forces(traces).max()) / traces.need
-    overlap, share = float(traces.penetration.max()), opposed_share(traces, working(task))
+    way, turned, share = shown.way, shown.turned, shown.share
+    table, finger, margin, overlap = shown.table, shown.finger, shown.margin, shown.overlap
     checks: tuple[tuple[bool, Reason, str], ...] = (
         (
             overlap > MAX_PENETRATION,

@@ -24,12 +24,8 @@ from handsim.tasks.grip_rules import (
     OPPOSED_COSINE,
     OPPOSED_SHARE,
     Reason,
+    Shown,
     broken,
-    held_forces,
-    opposed_share,
-    pushed,
-    table_force,
-    working,
 )
 from handsim.tasks.task import PassRule, Task
 from handsim.tasks.traces import AVERAGED, GraspTraces
@@ -115,17 +111,18 @@ def judge(traces: GraspTraces, task: Task) -> Outcome:
         step = len(traces.time) - 1
         detail = f"the simulation diverged at {traces.unstable_at:.3f} s (step {step})"
         return Outcome(False, "unstable", 0.0, 0.0, 0.0, 0.0, 0, 0.0, detail=detail)
-    measured = _measured(traces, task)
+    shown = Shown.by(traces, task)
+    measured = _measured(traces, task, shown)
     reason, detail = _grip_reason(traces, rule, measured)
     done, action_reason, action_detail = _action(traces, task)
     if reason is None:
         reason, detail = action_reason, action_detail
     if reason is None:
-        reason, detail = broken(traces, task) or (None, "")
+        reason, detail = broken(traces, task, shown) or (None, "")
     return Outcome(success=reason is None, reason=reason, detail=detail, done=done, **measured)
 
 
-def _measured(traces: GraspTraces, task: Task) -> dict[str, Any]:
+def _measured(traces: GraspTraces, task: Task, shown: Shown) -> dict[str, Any]:
     """Measure all that an outcome says beside the verdict."""
     rule = task.rule
     slip, tilt = _slip(traces, rule), np.rad2deg(_tilt(traces, rule))
@@ -134,22 +131,20 @@ def _measured(traces: GraspTraces, task: Task) -> dict[str, Any]:
     high = height <= rule.lift if rule.kind == "slide" else height >= rule.lift
     high |= rule.kind == "joint"  # worked where it stands
     within = high & (slip < rule.slip) & (tilt < rule.tilt_deg) & traces.touching & acting
-    way, turned = pushed(traces)
-    forces = held_forces(traces)
     return {
         "lift_m": float(height.max()),
         "peak_slip_m": float(slip[acting].max()),
         "peak_tilt_deg": float(tilt.max()),
         "hold_s": _longest_stretch(within, traces.time),
         "contacts": int((traces.force[-1] > 0).sum()),
-        "penetration_m": float(traces.penetration.max()),
-        "pushed_m": way,
-        "pushed_deg": turned,
-        "forces_n": dict(zip(CONTACT_PARTS, forces.tolist(), strict=True)),
+        "penetration_m": shown.overlap,
+        "pushed_m": shown.way,
+        "pushed_deg": shown.turned,
+        "forces_n": dict(zip(CONTACT_PARTS, shown.forces.tolist(), strict=True)),
         "need_n": traces.need,
-        "margin": float(forces.max()) / traces.need,
-        "table_force_n": table_force(traces),
-        "opposed": opposed_share(traces, working(task)),
+        "margin": shown.margin,
+        "table_force_n": shown.table,
+        "opposed": shown.share,
         "strain": traces.strain,
     }
 

@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from handsim.tasks import grip_rules
 from handsim.tasks.grip_rules import (
     MAX_PUSH,
+    Shown,
     broken,
     finger_force,
     held_forces,
@@ -33,7 +34,7 @@ from handsim.tasks.grip_rules import (
 )
 from handsim.tasks.rules import GraspTraces, judge
 from handsim.tasks.table_one import TASKS, task_by_name
-from handsim.tasks.task import PassRule
+from handsim.tasks.task import PassRule, Task
 
 MOVE, CLICK = task_by_name("tall-glass-side-move"), task_by_name("mouse-left-click")
 CARRY = PassRule("carry")
@@ -41,13 +42,17 @@ JOINT = PassRule("joint", joint="lid", angle_deg=40.0)
 N = 520
 
 
+def reason_of(traces: GraspTraces, task: Task) -> tuple[str, str] | None:
+    return broken(traces, task, Shown.by(traces, task))
+
+
 def reason(traces: GraspTraces, rule: PassRule = CARRY) -> str | None:
-    found = broken(traces, replace(MOVE, rule=rule))
+    found = reason_of(traces, replace(MOVE, rule=rule))
     return found and found[0]
 
 
 def test_a_pinch_that_pushes_and_leans_on_nothing_breaks_no_rule():
-    assert broken(carried(), MOVE) is None
+    assert reason_of(carried(), MOVE) is None
     assert judge(carried(), MOVE).success
 
 
@@ -69,7 +74,7 @@ def test_hand_and_object_or_table_overlap_by_two_millimetres_at_most(row):
     deep = replace(traces, penetration=at(row, np.nextafter(0.002, 1)))
     assert reason(deep) == "penetrated"
     assert judge(deep, MOVE).reason == "penetrated"
-    assert "2.5 mm, more than 2" in broken(replace(traces, penetration=at(row, 0.0025)), MOVE)[1]
+    assert "2.5 mm, more than 2" in reason_of(replace(traces, penetration=at(row, 0.0025)), MOVE)[1]
 
 
 def displaced(distance: float, rows: slice) -> GraspTraces:
@@ -165,7 +170,7 @@ def test_what_is_lifted_is_held_with_four_times_the_need_at_most(part):
     assert reason(held_with(7.999)) is None
     assert reason(held_with(8.001)) == "crushed"
     assert reason(held_with(8.001), JOINT) is None  # nothing is lifted
-    assert "4.5 times the 2.0 N needed" in broken(held_with(9.0), MOVE)[1]
+    assert "4.5 times the 2.0 N needed" in reason_of(held_with(9.0), MOVE)[1]
 
 
 def test_forces_before_the_hold_are_no_margin():
@@ -219,7 +224,7 @@ def test_a_finger_that_clicks_is_no_side_of_the_grip():
     assert not opposed(clicking).any()
     assert opposed(clicking, working(CLICK)).all()
     assert judge(clicking, CLICK).opposed == 1.0
-    assert broken(clicking, CLICK) is None
+    assert reason_of(clicking, CLICK) is None
     press[:, INDEX + 2] = 0.0
     assert judge(pressing(hinged(0.0, 3.0), press), CLICK).reason == "not opposed"
 

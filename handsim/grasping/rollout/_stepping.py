@@ -17,6 +17,9 @@ from handsim.grasping.rollout.glove import RATE
 from handsim.grasping.rollout.sensing import NO_SENSORS, SLOTS, Sensors, Touch, contacts_of
 from handsim.types import Array, Index
 
+COMMANDS = ("ctrl", "mocap_pos", "mocap_quat")
+"""MuJoCo's arrays that a run commands."""
+
 
 class Simulations(ABC):
     """Simulations of scenes whose models have one shape; all arrays are live views of their state.
@@ -29,6 +32,11 @@ class Simulations(ABC):
         Returns the field of that name of all simulations, (n, ...).
     warnings : (n, n_kinds)
         How often MuJoCo gave each of its warnings.
+
+    Attributes
+    ----------
+    commanded
+        Which of `COMMANDS` move something.
     """
 
     def __init__(
@@ -39,6 +47,7 @@ class Simulations(ABC):
         self.n_steps = steps_per_reading(model)
         self.warnings = warnings
         self.qpos, self.qvel, self.ctrl = bind("qpos"), bind("qvel"), bind("ctrl")
+        self.commanded = COMMANDS if scene.mocap is not None else COMMANDS[:1]
         if scene.mocap is None:  # nothing follows it: only the record tells where the palm is to be
             self.mocap_pos, self.mocap_quat = (
                 np.empty((len(warnings), 3)),

@@ -11,7 +11,7 @@ import numpy as np
 from handsim.arm.arm_strength import leading_targets
 from handsim.grasping.gripping.grip import GripLayer, shares_of
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
-from handsim.grasping.rollout._stepping import Simulations
+from handsim.grasping.rollout._stepping import COMMANDS, Simulations
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
@@ -28,8 +28,6 @@ and feel that it sags, and lift more."""
 MOST_FELT = 0.3
 """Most that targets are moved for it [rad]: half of what a joint's greatest torque asks for."""
 _FELT = 1.0 / (FEELING * RATE)
-COMMANDS = ("ctrl", "mocap_pos", "mocap_quat")
-"""MuJoCo's arrays that a run commands."""
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,13 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.grasping.plan import GraspPlan, Schedule
-from handsim.grasping.rollout._stepping import Simulations, simulations_of
+from handsim.grasping.rollout._stepping import COMMANDS, Simulations, simulations_of
 from handsim.grasping.rollout.commands import LOST
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
 from handsim.grasping.rollout.glove import DataGlove
-from handsim.grasping.rollout.jobs import COMMANDS, Job, commands_of, groups_of
+from handsim.grasping.rollout.jobs import Job, commands_of, groups_of
 from handsim.grasping.rollout.record import Rollout, record_of
 from handsim.grasping.rollout.sensing import Touch
 from handsim.joints import CONTACT_PARTS
@@ -99,7 +99,7 @@ def run_jobs(jobs: Sequence[Job], *, brief: bool = False) -> list[Rollout | None
     runs = _Runs(jobs)
     runs.start()
     simulations, samples, recent = runs.simulations, runs.samples, runs.recent
-    sent = [(samples[name], getattr(simulations, name)) for name in COMMANDS]
+    sent = [(samples[name], getattr(simulations, name)) for name in simulations.commanded]
     kept = [(samples[name], getattr(simulations, name)) for name in _STATES]
     tick = unchecked = 0
     while tick < runs.end:
