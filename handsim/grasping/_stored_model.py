@@ -26,12 +26,14 @@ _ALLOWED: dict[str, str] = {
     "material": "name texture rgba shininess specular reflectance",
     "mesh": "name class vertex face inertia file scale",
     "worldbody": "",
+    "frame": f"{_PLACE} childclass",
     "body": f"{_PLACE} childclass gravcomp mocap",
     "inertial": "pos quat mass diaginertia fullinertia",
     "freejoint": "name group align",
     "joint": (
         f"{_PLACE} armature axis damping frictionloss group joint1 joint2 limited polycoef range"
         " ref solimplimit solref solimp solreflimit springref stiffness type margin"
+        " actuatorfrcrange joint coef"
     ),
     "geom": (
         f"{_PLACE} conaffinity condim contype density friction group margin gap mass material mesh"

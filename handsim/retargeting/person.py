@@ -41,6 +41,8 @@ class Person:
 
     Attributes
     ----------
+    size
+        Of the person's hand, with its side.
     hand
         The person's hand in the terms of a robot hand.
     glove
@@ -56,7 +58,7 @@ class Person:
     ) -> None:
         if robot.frames.origin != "given":
             size = replace(size, side=robot.side)
-        self._robot = robot
+        self._robot, self.size = robot, size
         self.hand = human_hand(size)
         self.glove = [JOINT_INDEX[name] for name in self.hand.joint_names]
         self._chosen = [FINGERS.index(finger) for finger in robot.fingers]

@@ -182,7 +182,24 @@ class RobotHand:
         self.links = Links(model, joints, [self._palm[0], *(t[0] for t in self._tips), *inside])
         self._tip_rows = self.links.rows([t[0] for t in self._tips])
         self._palm_row = self.links.rows([self._palm[0]])
-        self.roots, self.reach = self._measure([[joints.index(j) for j in each] for each in own])
+        self._own = [[joints.index(j) for j in each] for each in own]
+        self.roots, self.reach = self._measure(self._own)
+
+    def finger_of_coordinates(self) -> Index:
+        """Return which finger each coordinate moves, (m,), as an index of `FINGERS`.
+
+        -1 for those that move several.
+        """
+        of_joints = np.full(len(self.joint_names), -1)
+        for finger, joints in zip(self.fingers, self._own, strict=True):
+            of_joints[joints] = FINGERS.index(finger)
+        return of_joints[self.joint_map.free]
+
+    def first_bodies(self) -> dict[Finger, str]:
+        """Return the names of the bodies at which the fingers begin."""
+        first = (self.joint_ids[joints[0]] for joints in self._own)
+        bodies = (self.model.body(self.model.jnt_bodyid[joint]).name for joint in first)
+        return dict(zip(self.fingers, bodies, strict=True))
 
     def joint_positions(self, x: Array) -> Array:
         """Return the positions of all joints, (..., n_joints) [rad or m], from (..., m)."""

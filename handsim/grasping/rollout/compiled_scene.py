@@ -62,6 +62,11 @@ class Scene:
     front: Array
     lead: Array
 
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model."""
+        return self.hand.model
+
     @classmethod
     def build(cls, task: Task, conditions: Conditions) -> "Scene":
         """Build the scene of a task under the given conditions."""
@@ -85,7 +90,7 @@ class Scene:
             arm_qpos=np.array([model.joint(name).qposadr[0] for name in names], dtype=np.intp),
             arm_ctrl=np.array([model.actuator(name).id for name in names], dtype=np.intp),
             object=grasp_object,
-            front=_front_end(grasp_object),
+            front=front_end(grasp_object),
             lead=damping / stiffness,
         )
 
@@ -109,7 +114,7 @@ def _scene(task: Task, conditions: Conditions) -> mujoco.MjSpec:
     )
 
 
-def _front_end(grasp_object: GraspObject) -> Array:
+def front_end(grasp_object: GraspObject) -> Array:
     """Return the mean of the vertices that lie farthest along the object's x axis, (3,) [m]."""
     meshes = (read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in grasp_object.pieces)
     vertices = np.concatenate([mesh.vertices for mesh in meshes])

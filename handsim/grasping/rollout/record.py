@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from handsim.errors import InputError
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.gripping.need import LEAST, contacts_at, least_grip
-from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.tasks.rules import GraspTraces, Outcome, judge
 from handsim.types import Array
 
@@ -32,9 +31,43 @@ if TYPE_CHECKING:
 
     from handsim.grasping.plan import Schedule
     from handsim.grasping.rollout.commands import Commands
-    from handsim.grasping.rollout.compiled_scene import Scene
     from handsim.grasping.rollout.drivers import Driver
-    from handsim.grasping.rollout.glove import DataGlove
+    from handsim.objects.object import GraspObject
+    from handsim.tasks.task import Task
+
+
+class JudgedScene(Protocol):
+    """What a record needs to know of a scene, be it with a person's hand or a robot's."""
+
+    @property
+    def task(self) -> "Task":
+        """For the hand's side."""
+        ...
+
+    @property
+    def conditions(self) -> Conditions:
+        """The conditions that the scene was built for."""
+        ...
+
+    @property
+    def model(self) -> "mujoco.MjModel":
+        """The compiled model."""
+        ...
+
+    @property
+    def xml(self) -> Callable[[], str]:
+        """Returns the model as XML."""
+        ...
+
+    @property
+    def object(self) -> "GraspObject":
+        """The object to grasp."""
+        ...
+
+    @property
+    def front(self) -> Array:
+        """Front end of the object in its own frame, (3,) [m]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -173,35 +206,35 @@ def _versions() -> dict[str, str]:
 
 
 def record_of(
-    scene: "Scene",
+    scene: "JudgedScene",
     commands: "Commands",
     driver: "Driver",
-    glove: "DataGlove",
     samples: Mapping[str, Array],
     *,
+    reading: Array,
+    arrived: bool,
     unstable: bool = False,
 ) -> Rollout:
     """Judge a run by its samples and return its record.
 
     Parameters
     ----------
-    scene, commands, driver, glove
+    scene, commands, driver
         Of the run.
     samples
         Arrays with a row for each reading: ``qpos``, ``qvel``, ``ctrl``, ``mocap_pos``,
         ``mocap_quat``, ``contact_force``, ``press``, ``penetration``, ``table_force``, ``pressed``
         and those of `Sensors.poses`.
+    reading : (n, 22) [rad]
+        Of the glove.
+    arrived
+        Whether the hand was at its destination at the end of the reach.
     unstable
         Whether the simulation diverged after the last sample.
     """
     schedule = commands.schedule
     n = len(samples["qpos"])
     arrays = dict(samples)
-    reading = glove.reading(arrays["qpos"][:, scene.hand.qpos_index], commands.disturbance[:n])
-    last_of_reach = reading[min(commands.arrival, n - 1)].copy()
-    if commands.reach is not None:  # the arm says where the wrist is, not the driver
-        last_of_reach[WRIST_COLUMNS] = driver.destination[WRIST_COLUMNS]
-    arrived = driver.arrived(last_of_reach)
     arrays |= {
         "time": commands.times[:n],
         "reading": reading,
@@ -212,7 +245,7 @@ def record_of(
     axes = np.stack([arrays.pop(f"object_{axis}") for axis in "xyz"], axis=2)
     front_pos = arrays.pop("object_origin") + axes @ scene.front
     joint = scene.task.rule.joint
-    hinge = scene.hand.model.joint(joint).qposadr[0] if joint else None
+    hinge = scene.model.joint(joint).qposadr[0] if joint else None
     traces = GraspTraces(
         time=arrays["time"],
         object_pos=arrays.pop("object_pos"),
@@ -247,7 +280,7 @@ def record_of(
     )
 
 
-def _need(scene: "Scene", commands: "Commands", arrays: Mapping[str, Array]) -> float:
+def _need(scene: "JudgedScene", commands: "Commands", arrays: Mapping[str, Array]) -> float:
     """Return the greatest need of a few moments of the hold: where the palm accelerates most [N].
 
     Only what is lifted has one beyond the least.
@@ -257,7 +290,7 @@ def _need(scene: "Scene", commands: "Commands", arrays: Mapping[str, Array]) -> 
     n, first = len(arrays["qpos"]), commands.row(commands.schedule.hold_start)
     if not scene.task.rule.lifted or n <= first:
         return LEAST
-    model = scene.hand.model
+    model = scene.model
     data = mujoco.MjData(model)
     object_id = model.body("object").id
     load = commands.load[:n] * model.body_subtreemass[object_id]

@@ -267,6 +267,18 @@ class _Runs:
         # Copies, so that one record that is kept does not keep the samples of all runs in memory.
         samples = {name: rows[: self.ends[i], i].copy() for name, rows in self.samples.items()}
         samples |= self.simulations.sensors.poses(samples.pop("poses"))
+        commands, n = self.commands[i], int(self.ends[i])
+        qpos = samples["qpos"][:, job.scene.hand.qpos_index]
+        reading = job.glove.reading(qpos, commands.disturbance[:n])
+        last_of_reach = reading[min(commands.arrival, n - 1)].copy()
+        if commands.reach is not None:  # the arm says where the wrist is, not the driver
+            last_of_reach[WRIST_COLUMNS] = job.driver.destination[WRIST_COLUMNS]
         return record_of(
-            job.scene, self.commands[i], job.driver, job.glove, samples, unstable=unstable
+            job.scene,
+            commands,
+            job.driver,
+            samples,
+            reading=reading,
+            arrived=job.driver.arrived(last_of_reach),
+            unstable=unstable,
         )

@@ -1,0 +1,156 @@
+"""Find the palm pose and the destination with which a controller makes a robot hand grasp.
+
+The start is what a person's hand does: a plan of the same controller for the same task. Its posture
+is mapped to the robot, whose palm goes where its fingertips come to lie where the person's pads
+were. Around that an evolutionary search varies destination, palm, squeeze, arrival and grip, as for
+the person's hand.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from handsim.errors import InputError
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
+from handsim.grasping.planning.planner import ARRIVAL_RANGE, NO_WAY, STEPS, destination_box
+from handsim.grasping.planning.search import (
+    cost_of,
+    minimise,
+    robust_cost,
+    shortened,
+    tried_conditions,
+)
+from handsim.grasping.robots.robot_movement import robot_movement
+from handsim.grasping.robots.robot_run import simulate_robot
+from handsim.grasping.robots.robot_scene import RobotScene
+from handsim.grasping.robots.robot_servos import RobotServos
+from handsim.grasping.rollout.commands import Commands
+from handsim.grasping.rollout.drivers import learned_driver
+from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.record import Rollout
+from handsim.joints import N_JOINTS, clip_to_range
+from handsim.learning.controller import GraspController
+from handsim.retargeting.retarget import Retargeter
+from handsim.tasks.task import Task
+from handsim.types import Array
+
+GENERATIONS = 10
+"""Of the search."""
+N_PERTURBED = 2
+"""Perturbed runs of every plan whose nominal run holds."""
+SQUEEZE_LAGS = 5.0
+"""How much longer a robot squeezes than a person, in time constants of its servos."""
+
+
+@dataclass(frozen=True)
+class RobotGrasps:
+    """Makes runs of one robot hand by one controller.
+
+    Attributes
+    ----------
+    controller
+    retargeter
+        Maps postures to the robot; its openings should keep their width (``opening_scale=1``).
+    """
+
+    controller: GraspController
+    retargeter: Retargeter
+
+    def run(self, scene: RobotScene, plan: GraspPlan, *, brief: bool = False) -> Rollout:
+        """Grasp on a scene by a plan whose palm is the robot's."""
+        schedule = self.schedule(scene)
+        # No lead: the robot's servos are told where to be.
+        driver = learned_driver(
+            self.controller, plan, np.zeros(N_JOINTS), schedule, scene.task.object_name
+        )
+        size = self.retargeter.person.size
+        undisturbed = Commands.of(plan, scene.task, schedule, size)
+        commands = undisturbed.disturbed(scene.conditions, DataGlove())
+        arrival = plan.arrive * schedule.reach
+        movement = robot_movement(
+            self.retargeter, driver, undisturbed, arrival, scene.gripping
+        )
+        return simulate_robot(scene, plan, driver, commands, movement, brief=brief)
+
+    def schedule(self, scene: RobotScene) -> Schedule:
+        """Return the timing of a task, with a squeeze that lasts until slow servos have closed."""
+        robot = self.retargeter.robot
+        lag = RobotServos.at(robot, robot.reference).lag
+        usual = schedule_for(scene.task)
+        return replace(usual, squeeze=usual.squeeze + SQUEEZE_LAGS * lag)
+
+    def cost(self, scene: RobotScene, plan: GraspPlan) -> float:
+        """Return the cost of a run that ends once the object is lost."""
+        try:
+            self.controller.check_goal(plan.goal_in(self.controller.subspace))
+        except InputError:  # the controller refuses it
+            return NO_WAY
+        return cost_of(self.run(scene, plan, brief=True), scene.task)
+
+
+def plan_robot_grasp(
+    grasps: RobotGrasps,
+    task: Task,
+    conditions: Conditions,
+    starts: Sequence[GraspPlan],
+    *,
+    generations: int = GENERATIONS,
+    seed: int = 0,
+) -> tuple[GraspPlan, Rollout]:
+    """Search a plan for a robot hand and return it with its nominal run.
+
+    Parameters
+    ----------
+    grasps
+    task
+        For a right hand; it is mirrored as the robot's side says.
+    conditions
+        Nominal conditions to plan for.
+    starts
+        Plans of this controller for a robot or a person's hand of the same side, palms included.
+    generations
+        Of the search, which is made where the start does not hold with room to spare.
+    seed
+        Of the search.
+    """
+    robot = grasps.retargeter.robot
+    tried = tried_conditions(conditions, N_PERTURBED)
+    scenes = [RobotScene.build(shortened(task), each, robot) for each in tried]
+
+    def cost(plan: GraspPlan) -> float:
+        return robust_cost([partial(grasps.cost, scene, plan) for scene in scenes])
+
+    box = destination_box(grasps.controller)
+    start = min(starts, key=cost)
+    size = len(grasps.controller.subspace.components_) + 9
+    _, point = minimise(
+        lambda x: cost(varied(grasps.controller, start, x, box)),
+        np.zeros(size),
+        generations=generations,
+        seed=seed,
+    )
+    plan = varied(grasps.controller, start, point, box)
+    return plan, grasps.run(RobotScene.build(task, conditions, robot), plan)
+
+
+def varied(
+    controller: GraspController, plan: GraspPlan, point: Array, box: tuple[Array, Array]
+) -> GraspPlan:
+    """Return a plan changed by ``point`` (n_components + 9,), in units of `STEPS`."""
+    subspace = controller.subspace
+    n = len(subspace.components_)
+    z = np.clip(plan.goal_in(subspace) + STEPS["z"] * point[:n], *box)
+    turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
+    return replace(
+        plan,
+        palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
+        z_goal=z,
+        q_goal=clip_to_range(subspace.inverse_transform(z)),
+        squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
+        arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
+        grip=plan.grip * float(np.exp(STEPS["grip"] * point[n + 8])),
+    )

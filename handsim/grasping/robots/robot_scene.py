@@ -1,0 +1,209 @@
+"""Table, object and a robot hand on a free base, with the names and sensors of a person's scene."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.rollout.compiled_scene import front_end
+from handsim.grasping.rollout.sensing import add_sensors
+from handsim.hand.mjcf import FRICTION, WELD_SOLREF
+from handsim.joints import FINGERS, Finger
+from handsim.objects.object import GraspObject
+from handsim.physics import CONTACT_SOLREF
+from handsim.retargeting.robot_hand import RobotHand
+from handsim.robot_hands.mounting import mount_robot_hand
+from handsim.tasks.scene import build_scene
+from handsim.tasks.task import Task
+from handsim.types import Array, Index
+
+PREFIX = "robot_"
+"""Put before all names of the robot hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobotScene:
+    """A compiled scene in which a robot hand grasps.
+
+    Its bodies are called as a person's: ``forearm`` is the free base, ``palm`` the frame of the
+    robot's palm, and the bodies of fingers begin with the finger's name, so that sensors and rules
+    are the same.
+
+    Attributes
+    ----------
+    task, conditions
+        The task, mirrored for the robot's side, and the conditions.
+    robot
+        The hand.
+    model, data
+        The compiled model and one state of it.
+    xml
+        Returns the model as XML, meshes included.
+    qpos_index, ctrl_index : (m,), (n_actuators,)
+        Where the robot's free coordinates and its actuators are in ``qpos`` and ``ctrl``.
+    joint_index : (n_joints,)
+        Where all its joints are in ``qpos``.
+    object
+        The object to grasp.
+    front : (3,) [m]
+        Front end of the object in its own frame.
+    fingers : (m,)
+        Which finger each coordinate moves, as an index of `FINGERS`; -1 for the palm's.
+    """
+
+    task: Task
+    conditions: Conditions
+    robot: RobotHand
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    xml: Callable[[], str]
+    qpos_index: Index
+    joint_index: Index
+    ctrl_index: Index
+    object: GraspObject
+    front: Array
+    fingers: Index
+
+    @property
+    def gripping(self) -> list[Finger]:
+        """The fingers that hold, beside the thumb: the grasp's, or all if it has none of them."""
+        own = [finger for finger in self.robot.fingers if finger != "thumb"]
+        return [finger for finger in own if finger in self.task.grasp.fingers] or own
+
+    @classmethod
+    def build(cls, task: Task, conditions: Conditions, robot: RobotHand) -> "RobotScene":
+        """Build the scene of a task, given for a right hand, with a robot hand.
+
+        Raises
+        ------
+        InputError
+            If an actuator of the hand is no position servo.
+        """
+        mirrored = task.for_side(robot.side)
+        spec = robot_scene_spec(task, conditions, robot)
+        add_sensors(spec, mirrored.rule.pressed)
+        model = spec.compile()
+        joints = [model.joint(PREFIX + name).qposadr[0] for name in robot.joint_names]
+        index = np.array(joints, dtype=np.intp)
+        return cls(
+            mirrored,
+            conditions,
+            robot,
+            model,
+            mujoco.MjData(model),
+            lambda: _xml(task, conditions, robot),
+            index[robot.joint_map.free],
+            index,
+            np.array([model.actuator(PREFIX + n).id for n in robot.actuator_names], dtype=np.intp),
+            task.object,
+            front_end(task.object),
+            robot.finger_of_coordinates(),
+        )
+
+
+def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mujoco.MjSpec:
+    """Build table, object and a robot hand on a free base that follows ``forearm_target``.
+
+    The robot's skin is given the friction and softness of the own hand's: files of hands seldom say
+    what theirs is, and the trials vary it. The weight of the hand's own links is compensated, as the
+    controllers of such hands do.
+
+    Parameters
+    ----------
+    task
+        For a right hand.
+    conditions
+    robot
+    """
+    dx, dy, yaw = conditions.object_offset
+    mirrored = task.for_side(robot.side)
+    spec = build_scene(
+        mirrored, None, mass_scale=conditions.mass_scale, offset=(dx, dy), turn=yaw
+    )
+    base = _add_base(spec)
+    mount_robot_hand(spec, _bare(robot.spec), robot.frames.palm, body="palm", prefix=PREFIX)
+    _name_fingers(spec, robot)
+    for finger in FINGERS:
+        if finger not in robot.fingers:  # a body of nothing, which never touches anything
+            spec.body("palm").add_body(name=f"{finger}_missing")
+    for body in base.find_all(mujoco.mjtObj.mjOBJ_BODY):
+        body.gravcomp = 1.0
+    torsion = FRICTION[1] * conditions.friction / FRICTION[0]
+    for geom in base.find_all(mujoco.mjtObj.mjOBJ_GEOM):
+        geom.priority, geom.condim = 1, 4
+        geom.friction = [conditions.friction, torsion, FRICTION[2]]
+        geom.solref = CONTACT_SOLREF
+    return spec
+
+
+def _add_base(spec: mujoco.MjSpec) -> mujoco.MjsBody:
+    """Add the bodies ``forearm`` and ``palm``, one in the other, welded to ``forearm_target``."""
+    spec.worldbody.add_body(name="forearm_target", mocap=True)
+    base = spec.worldbody.add_body(name="forearm", gravcomp=1.0)
+    base.add_freejoint(name="forearm")
+    # A free body needs mass, and the hand's own is all in bodies that it carries.
+    base.mass, base.inertia, base.explicitinertial = 0.5, np.full(3, 5e-4), True
+    base.add_body(name="palm")
+    spec.add_equality(
+        name="forearm_weld",
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1="forearm_target",
+        name2="forearm",
+        solref=WELD_SOLREF,
+        data=[0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0],  # same place, torque scale 1
+    )
+    return base
+
+
+def _bare(hand: mujoco.MjSpec) -> mujoco.MjSpec:
+    """Return a copy of a hand without what is not needed to grasp: sensors, keys, lights."""
+    bare = hand.copy()
+    for kind in (bare.sensors, bare.keys, bare.lights, bare.cameras):
+        for each in list(kind):
+            bare.delete(each)
+    return bare
+
+
+def _name_fingers(spec: mujoco.MjSpec, robot: RobotHand) -> None:
+    """Let the names of the bodies of each finger begin with the finger's."""
+    new: dict[str, str] = {}
+    for finger, first in robot.first_bodies().items():
+        body = spec.body(PREFIX + first)
+        for each in (body, *body.find_all(mujoco.mjtObj.mjOBJ_BODY)):
+            new[each.name] = f"{finger}_{each.name}"
+    for old, name in new.items():
+        spec.body(old).name = name
+    for pair in spec.excludes:
+        pair.bodyname1 = new.get(pair.bodyname1, pair.bodyname1)
+        pair.bodyname2 = new.get(pair.bodyname2, pair.bodyname2)
+    for equality in spec.equalities:
+        equality.name1 = new.get(equality.name1, equality.name1)
+        equality.name2 = new.get(equality.name2, equality.name2)
+
+
+def _xml(task: Task, conditions: Conditions, robot: RobotHand) -> str:
+    spec = robot_scene_spec(task, conditions, robot)
+    model = spec.compile()
+    for mesh in spec.meshes:
+        if mesh.file:
+            _write_out(mesh, model)
+    spec.compile()
+    return spec.to_xml()
+
+
+def _write_out(mesh: mujoco.MjsMesh, model: mujoco.MjModel) -> None:
+    """Put the vertices of a mesh into the model itself, so that it needs no file."""
+    i = model.mesh(mesh.name).id
+    first, n = model.mesh_vertadr[i], model.mesh_vertnum[i]
+    start, m = model.mesh_faceadr[i], model.mesh_facenum[i]
+    # MuJoCo moved them to the mesh's centre and principal axes.
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[i])
+    vertices = model.mesh_vert[first : first + n] @ turn.reshape(3, 3).T + model.mesh_pos[i]
+    mesh.file, mesh.scale = "", [1.0, 1.0, 1.0]
+    mesh.uservert, mesh.userface = vertices.ravel(), model.mesh_face[start : start + m].ravel()

@@ -1,0 +1,77 @@
+"""How soft the servos of a robot hand are, and what they are told so that a load does not bend them.
+
+Position servos give way in proportion to what their joints carry: a glass of 0.25 kg bends the
+fingers of a hand with 1 N m/rad by a tenth of their length. What is to be carried is known, so that
+targets are moved by as much beforehand, as people stiffen their fingers before they lift.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handsim.joints import FINGERS
+from handsim.retargeting.robot_hand import RobotHand
+from handsim.types import Array
+
+SOFTEST = 0.1
+"""Least force that is reckoned with [N]."""
+_SMALL = 1e-4  # step of differences [rad or m]
+_SOFT = 1e-3  # least stiffness relative to the greatest: coordinates without a servo give way freely
+
+
+@dataclass(frozen=True)
+class RobotServos:
+    """Servos of a robot in one posture.
+
+    Attributes
+    ----------
+    stiffness : (m, m) [N m/rad]
+        Of the coordinates.
+    jacobian : (5, 3, m) [m/rad]
+        How fingertips move in the palm's frame; 0 for fingers that the robot has not.
+    lead : (m,) [s]
+        Ratio of damping to stiffness: a target that leads a moving joint by velocity times lead
+        keeps it at that velocity.
+    """
+
+    stiffness: Array
+    jacobian: Array
+    lead: Array
+
+    @property
+    def lag(self) -> float:
+        """Time constant with which the fingers follow, [s]."""
+        return float(np.median(self.lead))
+
+    @classmethod
+    def at(cls, robot: RobotHand, x: Array) -> "RobotServos":
+        """Return the servos at coordinates x, (m,)."""
+        middle = 0.5 * (robot.lower + robot.upper)  # away from the ends of the actuators' ranges
+        moved = robot.commands(middle + _SMALL * np.eye(len(x))) - robot.commands(middle)
+        slopes = np.nan_to_num(moved.T / _SMALL)
+        gains = robot.model.actuator_gainprm[robot.actuator_ids, 0]
+        stiffness = slopes.T @ (gains[:, None] * slopes)
+        least = _SOFT * np.diag(stiffness).max()
+        stiffness[np.diag_indices_from(stiffness)] += np.where(np.diag(stiffness) < least, least, 0)
+        jacobian = np.zeros((len(FINGERS), 3, len(x)))
+        for finger, rates in zip(robot.fingers, robot.forward(x).d_points, strict=True):
+            jacobian[FINGERS.index(finger)] = rates
+        ids = robot.joint_ids[robot.joint_map.free]
+        resisting = robot.model.dof_damping[robot.model.jnt_dofadr[ids]]
+        speeds = -robot.model.actuator_biasprm[robot.actuator_ids, 2]
+        damping = resisting + np.diag(slopes.T @ (speeds[:, None] * slopes))
+        return cls(stiffness, jacobian, damping / np.diag(stiffness))
+
+    def force_of(self, closing: Array) -> float:
+        """Return the force of a fingertip for a movement of the targets [N], the thumb's if it moves.
+
+        Parameters
+        ----------
+        closing : (m,)
+        """
+        for rates in self.jacobian:  # the thumb first
+            own = np.where(np.abs(rates).max(axis=0) > 0, closing, 0.0)
+            moved = float(np.linalg.norm(rates @ own))
+            if moved > 0:  # the work of the force is that of the servos
+                return max(float(own @ self.stiffness @ own) / moved, SOFTEST)
+        return SOFTEST
