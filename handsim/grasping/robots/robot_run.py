@@ -153,7 +153,7 @@ class _Run:
         if due[tick]:
             return bool(values[sensors.height] - self._first[sensors.height] < LOST)
         pushed = float(np.linalg.norm(values[:3] - self._first))
-        return tick < self.commands.action and pushed > FAR * MAX_PUSH
+        return tick == self.commands.action and pushed > FAR * MAX_PUSH
 
     def _start(self) -> None:
         """Put the robot where its movement begins, at rest."""
