@@ -30,7 +30,7 @@ from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_servos import RobotServos
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.drivers import learned_driver
-from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.record import Rollout
 from handsim.joints import N_JOINTS, clip_to_range
 from handsim.learning.controller import GraspController
@@ -81,7 +81,8 @@ class RobotGrasps:
         robot = self.retargeter.robot
         lag = RobotServos.at(robot, robot.reference).lag
         usual = schedule_for(scene.task)
-        return replace(usual, squeeze=usual.squeeze + SQUEEZE_LAGS * lag)
+        longer = round(SQUEEZE_LAGS * lag * RATE) / RATE  # whole readings
+        return replace(usual, squeeze=usual.squeeze + longer)
 
     def cost(self, scene: RobotScene, plan: GraspPlan) -> float:
         """Return the cost of a run that ends once the object is lost."""
