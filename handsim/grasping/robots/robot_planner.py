@@ -28,7 +28,8 @@ from handsim.grasping.robots.robot_movement import robot_movement
 from handsim.grasping.robots.robot_run import simulate_robot
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_servos import RobotServos
-from handsim.grasping.rollout.commands import Commands
+from handsim.grasping.robots.robot_start import palm_for
+from handsim.grasping.rollout.commands import Commands, expected_path
 from handsim.grasping.rollout.drivers import learned_driver
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.record import Rollout
@@ -61,18 +62,20 @@ class RobotGrasps:
     retargeter: Retargeter
 
     def run(self, scene: RobotScene, plan: GraspPlan, *, brief: bool = False) -> Rollout:
-        """Grasp on a scene by a plan whose palm is the robot's."""
-        schedule = self.schedule(scene)
-        # No lead: the robot's servos are told where to be.
+        """Grasp on a scene by the plan of a person's hand, which the robot follows."""
+        schedule, subspace = self.schedule(scene), self.controller.subspace
+        # No lead: the robot's servos have their own.
         driver = learned_driver(
             self.controller, plan, np.zeros(N_JOINTS), schedule, scene.task.object_name
         )
-        size = self.retargeter.person.size
-        undisturbed = Commands.of(plan, scene.task, schedule, size)
-        commands = undisturbed.disturbed(scene.conditions, DataGlove())
+        usual = Commands.of(plan, scene.task, schedule, self.retargeter.person.size)
         arrival = plan.arrive * schedule.reach
-        movement = robot_movement(
-            self.retargeter, driver, undisturbed, arrival, scene.gripping
+        movement = robot_movement(self.retargeter, driver, usual, arrival, scene.gripping)
+        goal = clip_to_range(subspace.inverse_transform(plan.goal_in(subspace)))
+        palm = palm_for(self.retargeter, plan.palm, goal, movement.told[-1], scene.gripping)
+        pos, quat = expected_path(replace(plan, palm=palm), scene.task, schedule).poses(usual.times)
+        commands = replace(usual, palm_pos=pos, palm_quat=quat).disturbed(
+            scene.conditions, DataGlove()
         )
         return simulate_robot(scene, plan, driver, commands, movement, brief=brief)
 

@@ -9,9 +9,8 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from handsim.grasping.plan import GraspPlan, Pose, schedule_for
+from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.robots.robot_scene import RobotScene
-from handsim.grasping.rollout.commands import expected_path
 from handsim.joints import FINGERS, Finger
 from handsim.retargeting.retarget import Retargeter
 from handsim.types import Array
@@ -27,8 +26,10 @@ _ALONG = 0.005
 """Length on which directions and backs of fingertips count as much as their places [m]."""
 
 
-def robot_start(retargeter: Retargeter, scene: RobotScene, plan: GraspPlan) -> GraspPlan:
-    """Return the plan of a person's hand with the palm of a robot.
+def clear_of_table(retargeter: Retargeter, scene: RobotScene, plan: GraspPlan) -> GraspPlan:
+    """Return a plan whose palm is turned so that the robot that follows is not in the table.
+
+    It is turned about the line from thumb to fingers, so that these stay where they are.
 
     Parameters
     ----------
@@ -38,31 +39,29 @@ def robot_start(retargeter: Retargeter, scene: RobotScene, plan: GraspPlan) -> G
     plan
         Of a person's hand of the robot's side.
     """
+    person = retargeter.person.hand
     way = np.linspace(plan.q_start, plan.q_goal, WAY)
     x = retargeter.retarget(way).positions[-1, retargeter.robot.joint_map.free]
-    palm = palm_for(retargeter, plan, x, scene.gripping)
-    robot = retargeter.robot
-    tips = robot.forward(x).points
-    others = [robot.fingers.index(finger) for finger in scene.gripping]
-    middle = palm.pos + palm.rotation.apply(
-        0.5 * (tips[robot.fingers.index("thumb")] + tips[others].mean(axis=0))
-    )
+    pads = person.forward(plan.q_goal[retargeter.person.glove]).points
+    fingers = [FINGERS.index(finger) for finger in scene.gripping]
+    between = 0.5 * (pads[FINGERS.index("thumb")] + pads[fingers].mean(axis=0))
+    middle = plan.palm.pos + plan.palm.rotation.apply(between)
     line = np.array(scene.task.grasp.opposition) / np.linalg.norm(scene.task.grasp.opposition)
     found: list[tuple[float, GraspPlan]] = []
     for degrees in TILTS_DEG:
         turn = Rotation.from_rotvec(np.deg2rad(degrees) * line)
-        pos = middle + turn.apply(palm.pos - middle)
-        tried = replace(plan, palm=Pose(pos, (turn * palm.rotation).as_quat(scalar_first=True)))
-        found.append((overlap_with_table(scene, tried, x), tried))
+        tried = plan.palm.moved((middle - plan.palm.pos) - turn.apply(middle - plan.palm.pos), turn)
+        palm = palm_for(retargeter, tried, plan.q_goal, x, scene.gripping)
+        found.append((overlap_with_table(scene, palm, x), replace(plan, palm=tried)))
         if found[-1][0] <= CLEAR:
             break
     return min(found, key=lambda each: each[0])[1]
 
 
 def palm_for(
-    retargeter: Retargeter, plan: GraspPlan, x: Array, fingers: Sequence[Finger]
+    retargeter: Retargeter, palm: Pose, q: Array, x: Array, fingers: Sequence[Finger]
 ) -> Pose:
-    """Return the pose of the robot's palm for the plan of a person's hand.
+    """Return the pose of the robot's palm beside that of a person's.
 
     The robot's fingertips then lie, as well as they can, where the person's pads do, and point the
     same way.
@@ -70,14 +69,15 @@ def palm_for(
     Parameters
     ----------
     retargeter
-    plan
+    palm, q
+        Palm and posture (22,) [rad] of the person at the destination.
     x : (m,)
-        Coordinates of the robot at the destination.
+        Coordinates of the robot there.
     fingers
         Those that grasp, beside the thumb.
     """
     robot, person = retargeter.robot, retargeter.person
-    mine, theirs = robot.forward(x), person.hand.forward(plan.q_goal[person.glove])
+    mine, theirs = robot.forward(x), person.hand.forward(q[person.glove])
     chosen: list[Finger] = ["thumb", *fingers]
     own = [robot.fingers.index(finger) for finger in chosen]
     human = [FINGERS.index(finger) for finger in chosen]
@@ -85,25 +85,26 @@ def palm_for(
     b = _corners(theirs.points[human], theirs.directions[human], theirs.backs[human])
     turn, _ = Rotation.align_vectors(b - b.mean(axis=0), a - a.mean(axis=0))
     shift = b.mean(axis=0) - turn.apply(a.mean(axis=0))
-    return plan.palm @ Pose(shift, turn.as_quat(scalar_first=True))
+    return palm @ Pose(shift, turn.as_quat(scalar_first=True))
 
 
-def overlap_with_table(scene: RobotScene, plan: GraspPlan, x: Array) -> float:
+def overlap_with_table(scene: RobotScene, palm: Pose, x: Array) -> float:
     """Return how deep a robot at the end of its reach is in the table [m].
 
     Parameters
     ----------
     scene
-    plan
+    palm
+        The robot's, in the frame of the object.
     x : (m,)
-        Its coordinates there.
+        Its coordinates.
     """
     model, data = scene.model, scene.data
-    schedule = schedule_for(scene.task)
-    palm = expected_path(plan, scene.task, schedule).at(schedule.reach)
+    turn = Rotation.from_euler("z", np.deg2rad(scene.task.yaw_deg))
+    there = Pose(np.zeros(3), turn.as_quat(scalar_first=True)) @ palm
     mujoco.mj_resetData(model, data)
     free = int(model.joint("forearm").qposadr[0])
-    data.qpos[free : free + 7] = np.concatenate([palm.pos, palm.quat])
+    data.qpos[free : free + 7] = np.concatenate([there.pos, there.quat])
     data.qpos[scene.joint_index] = scene.robot.joint_positions(x)
     mujoco.mj_forward(model, data)
     table, hand = model.geom("table").id, model.body_rootid[model.body("forearm").id]
