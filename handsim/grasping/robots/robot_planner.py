@@ -41,6 +41,8 @@ from handsim.types import Array
 
 GENERATIONS = 10
 """Of the search."""
+ENOUGH = 0.0
+"""Cost at which the search ends: every run holds, within all limits."""
 N_PERTURBED = 2
 """Perturbed runs of every plan whose nominal run holds."""
 SQUEEZE_LAGS = 5.0
@@ -136,6 +138,7 @@ def plan_robot_grasp(
         np.zeros(size),
         generations=generations,
         seed=seed,
+        enough=ENOUGH,
     )
     plan = varied(grasps.controller, start, point, box)
     return plan, grasps.run(RobotScene.build(task, conditions, robot), plan)
