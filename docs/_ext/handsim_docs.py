@@ -50,7 +50,7 @@ ROOMS = (
     "learning.transport", "driving", "hand", "arm", "objects", "objects.meshes", "tasks",
     "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
-    "grasping.judging", "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures",
+    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures",
     "viewing.live", "viewing.opengl", "cli", "cli.recordings",
 )  # fmt: skip
 

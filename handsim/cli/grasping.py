@@ -18,6 +18,12 @@ from handsim.cli.console import (
     say_json,
     say_table,
 )
+from handsim.cli.hand import (
+    person_beside,
+    robot_as_dict,
+    robot_grasper,
+    robot_that_grasps,
+)
 from handsim.cli.objects import (
     MassOption,
     PiecesOption,
@@ -54,6 +60,10 @@ def grasp(
     scale: ScaleOption = None,
     mass: MassOption = None,
     pieces: PiecesOption = None,
+    hand: Annotated[
+        Path | None,
+        typer.Option("--hand", help="MJCF or URDF of a robot hand, which follows the controller."),
+    ] = None,
     replay: Annotated[
         bool,
         typer.Option(
@@ -113,10 +123,22 @@ def grasp(
     conditions = _conditions(hand_size(hand_length, hand_breadth, side), base, seed, friction)
     given: dict[str, object] = {"--up": up, "--scale": scale, "--mass": mass, "--pieces": pieces}
     _check_what(task, own, given, leave_out, replay=replay)
+    robot = (
+        None
+        if hand is None
+        else robot_that_grasps(hand, name=controller, own=own, protocol=protocol, replay=replay)
+    )
     said: dict[str, Any] = _left_out(leave_out)
     if own is None:
         tasks = _tasks(task or "", leave_out)
-        grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
+        if robot is None:
+            grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
+        else:
+            of_person = person_beside(robot, conditions)
+            people = _grasper(controller, of_person, leave_out, recordings, replay=False)
+            grasper = robot_grasper(robot, people, controller)
+            conditions = grasper.conditions_of(conditions)
+            said |= robot_as_dict(robot, hand)
         _make(output)
     else:
         thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)

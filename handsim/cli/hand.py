@@ -1,11 +1,18 @@
 """`handsim hand`: models of the hand as files, and robot hands as users bring them."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from handsim.cli.console import check_gl, note, say, writable
+
+if TYPE_CHECKING:
+    from handsim.grasping.conditions import Conditions
+    from handsim.grasping.planning.grasper import Grasper
+    from handsim.grasping.robots.robot_grasper import RobotGrasper
+    from handsim.retargeting.robot_hand import RobotHand
 
 app = typer.Typer()
 
@@ -72,3 +79,54 @@ def inspect(
 @app.callback()
 def _group() -> None:
     """Build hand models; inspect robot hands."""
+
+
+def robot_that_grasps(
+    file: Path, *, name: str | None, own: Path | None, protocol: str, replay: bool
+) -> "RobotHand":
+    """Read a robot hand, if it can do what is asked for, and say what was mended."""
+    from handsim.errors import InputError
+    from handsim.grasping.sweep.spec import DEMONSTRATOR
+    from handsim.retargeting.robot_hand import RobotHand
+
+    refused = {
+        "the demonstrator is a script for a person's hand": name == DEMONSTRATOR,
+        "--replay takes a person's destination": replay,
+        "--object is grasped with a person's hand": own is not None,
+        "--protocol six-axis pulls at a person's grasp": protocol != "lift",
+    }
+    for reason in (reason for reason, asked in refused.items() if asked):
+        raise InputError(f"{reason}, --hand names a robot's; drop one of the two")
+    robot = RobotHand(file)
+    for line in robot.notes:
+        note(line)
+    return robot
+
+
+def person_beside(robot: "RobotHand", conditions: "Conditions") -> "Conditions":
+    """Return conditions for the person whose hand the robot follows."""
+    return replace(conditions, hand=replace(conditions.hand, side=robot.side), base="arm")
+
+
+def robot_grasper(robot: "RobotHand", people: "Grasper", name: str | None) -> "RobotGrasper":
+    """Return a grasper with a robot hand; its plans lie where those of the controller do."""
+    from handsim.cli.defaults import plan_folder
+    from handsim.grasping.planning.grasper import ControllerGrasper
+    from handsim.grasping.robots.robot_grasper import RobotGrasper
+
+    assert isinstance(people, ControllerGrasper)  # a demonstrator is refused before
+    return RobotGrasper(people, robot, plan_folder(None if name is None else Path(name)), note)
+
+
+def robot_as_dict(robot: "RobotHand", file: Path | None) -> dict[str, Any]:
+    """Return what results say of a robot hand."""
+    return {
+        "robot_hand": {
+            "file": str(file),
+            "side": robot.side,
+            "fingers": list(robot.fingers),
+            "joints": len(robot.joint_names),
+            "actuators": len(robot.actuator_names),
+            "notes": list(robot.notes),
+        }
+    }

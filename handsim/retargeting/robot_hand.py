@@ -10,7 +10,9 @@ is described in the same way.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -25,7 +27,7 @@ from handsim.robot_hands.finger_lines import finger_line, length_of
 from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames, read_frames
 from handsim.robot_hands.hand_proposals import propose_frames
 from handsim.robot_hands.reading.hand_file import HandFile, read_hand_file
-from handsim.types import Array, Index
+from handsim.types import Array, Index, Side
 
 __all__ = ["AttachedFrame", "Fingertips", "RobotHand"]
 
@@ -135,6 +137,7 @@ class RobotHand:
         frames: HandFrames | Path | str | None = None,
         folders: Sequence[Path] = (),
     ) -> None:
+        self._given = source, palm, fingertips, knuckles, frames, folders
         if (palm is None) != (fingertips is None) or (palm is not None and frames is not None):
             raise InputError("give palm and fingertips, or frames, or none of them")
         file = (
@@ -153,9 +156,15 @@ class RobotHand:
             frames = propose_frames(self.model, file.placeholders)
         elif isinstance(frames, Path | str):
             frames = read_frames(frames)
-        self.frames, self.side = frames, frames.side
+        self.frames = frames
+        self.side: Side = frames.side
         self.notes = (*file.notes, f"palm and fingertips: {frames.origin}")
         self._set_up(frames, file)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let another process read the same file; a hand from a spec cannot be passed on."""
+        *given, frames, folders = self._given
+        return partial(RobotHand, frames=frames, folders=folders), tuple(given)
 
     def _set_up(self, frames: HandFrames, file: HandFile) -> None:
         """Find joints, couplings and ranges, and measure the fingers."""

@@ -18,6 +18,7 @@ from handsim.grasping.gripping.grip import GRIP
 from handsim.grasping.gripping.squeeze import SQUEEZE_DEG
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.record import JudgedScene
 from handsim.grasping.rollout.drivers import CORRECTION
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.jobs import FEELING, MOST_FELT
@@ -120,9 +121,9 @@ def _usual_key(task: Task, grasp_object: GraspObject, conditions: Conditions) ->
     return key_of(Scene.build(task, conditions))
 
 
-def key_of(scene: Scene) -> PlanKey:
+def key_of(scene: JudgedScene) -> PlanKey:
     """Return the key of plans for a nominal scene."""
-    model, task = scene.hand.model, scene.task
+    model, task = scene.model, scene.task
     return PlanKey(
         task=content_digest(task_content(task), LIMITS),
         object=content_digest(object_content(scene.object), _moved(model, "object")),

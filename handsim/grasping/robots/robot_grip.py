@@ -37,6 +37,8 @@ SWAYS = 3.0
 fingers sway."""
 MOST_KEPT = 0.6
 """Most that targets are moved to keep a posture [rad]."""
+GRIP_SETTINGS = (LAGS, QUICKEST, FASTEST, MOST_CLOSED, SWAYS, MOST_KEPT)
+"""What plans are made for, beside the task."""
 _THUMB = FINGERS.index("thumb")
 
 

@@ -1,13 +1,13 @@
 """Run one grasp of a robot hand in contact physics.
 
-A hundred times a second its fingertips are read, the grip layer turns what it is told into targets
-that hold with a force, in the robot's own coordinates, and its base is put on the palm's path.
+A hundred times a second its fingertips are read, its targets are moved so that it holds with a
+force, in its own coordinates, and its base is put on the palm's path.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections import deque
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -24,10 +24,10 @@ from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.glove import RATE
 from handsim.grasping.rollout.record import Rollout, record_of
 from handsim.grasping.rollout.run import diverged
-from handsim.grasping.rollout.sensing import SLOTS, Sensors, contacts_of
+from handsim.grasping.rollout.sensing import SLOTS, Sensors, Touch, contacts_of
 from handsim.silence import silent
 from handsim.tasks.grip_rules import MAX_PUSH
-from handsim.types import Array, Mask
+from handsim.types import Array
 
 ARRIVED = float(np.deg2rad(15.0))
 """A robot has arrived whose coordinates are, in the root mean square, no farther from what it was
@@ -35,6 +35,7 @@ told [rad]; contact included."""
 
 FAR = 4.0
 """A run that may be brief ends where the object was pushed this many times as far as it may be."""
+_STATES = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat")
 
 
 @silent()
@@ -68,99 +69,80 @@ def simulate_robot(
     """
     turn = Rotation.from_quat(commands.palm_quat, scalar_first=True)
     commands = replace(commands, palm_pos=commands.palm_pos + turn.apply(movement.shift))
-    run = _Run(scene, plan, commands, movement)
+    run = _Run(scene, commands, movement, plan.grip)
     n = run.make(brief)
     arrival = min(commands.arrival, n - 1)
-    off = run.samples["qpos"][arrival][scene.qpos_index] - movement.told[movement.row[arrival]]
+    off = run.states["qpos"][arrival, scene.qpos_index] - movement.told[movement.row[arrival]]
     return record_of(
         scene,
         commands,
         driver,
-        {name: values[:n] for name, values in run.samples.items()},
+        run.samples(n),
         reading=movement.postures[:n],
         arrived=bool(np.sqrt(np.mean(off**2)) < ARRIVED),
         unstable=run.unstable,
     )
 
 
-@dataclass
 class _Run:
-    """A run while it is made; samples have a row for each reading."""
+    """A run while it is made.
 
-    scene: RobotScene
-    plan: GraspPlan
-    commands: Commands
-    movement: RobotMovement
-    unstable: bool = False
-    samples: dict[str, Array] = field(default_factory=dict[str, Array])
-    _first: Array = field(default_factory=lambda: np.zeros(3))
+    Attributes
+    ----------
+    states
+        MuJoCo's arrays by name, and what the sensors see (``seen``), with a row for each reading.
+    exact
+        How hand and object touch at readings at which sensors have too few slots.
+    unstable
+        Whether the simulation diverged after the last reading.
+    """
+
+    def __init__(
+        self, scene: RobotScene, commands: Commands, movement: RobotMovement, grip: float
+    ) -> None:
+        model, data = scene.model, scene.data
+        self._scene, self._commands = scene, commands
+        self._sensors = Sensors(model)
+        self._values = data.sensordata[None, self._sensors.first :]
+        self._live = {name: getattr(data, name).reshape(-1) for name in _STATES}
+        self._live["seen"] = self._values[0]
+        n = len(commands.times)
+        self.states = {name: np.zeros((n, len(live))) for name, live in self._live.items()}
+        self.exact: dict[int, Touch] = {}
+        self.unstable = False
+        servos = RobotServos.at(scene.robot, movement.told[-1])
+        self._grip = RobotGrip(
+            movement.closing, grip, servos, np.asarray((movement.flexion == 0.0).all(axis=0))
+        )
+        self._told = movement.told[movement.row]
+        speed = np.gradient(self._told, 1.0 / RATE, axis=0)
+        self._added = movement.flexion + servos.lead * speed
+        latency = round(scene.conditions.latency * RATE)
+        self._forces: deque[list[float]] = deque(maxlen=latency + 1)
+        self._held = np.zeros(3)
 
     def make(self, brief: bool) -> int:
         """Make the run and return how many readings it has."""
-        scene, commands, movement = self.scene, self.commands, self.movement
-        model, data, robot = scene.model, scene.data, scene.robot
-        sensors, n = Sensors(model), len(commands.times)
-        values = data.sensordata[None, sensors.first :]
-        seen = np.empty((n, values.shape[1]))
-        states = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat")
-        shape = {name: np.asarray(getattr(data, name)).reshape(-1).shape for name in states}
-        self.samples = {name: np.zeros((n, *shape[name])) for name in states}
-        exact: dict[int, tuple[Array, ...]] = {}
-        servos = RobotServos.at(robot, movement.told[-1])
-        flexed = movement.flexion.any(axis=0)
-        grip = RobotGrip(movement.closing, self.plan.grip, servos, ~flexed)
-        whole = movement.told[movement.row]
-        added = movement.flexion + servos.lead * np.gradient(whole, 1.0 / RATE, axis=0)
+        model, data, sensors = self._scene.model, self._scene.data, self._sensors
         self._start()
-        forces: deque[list[list[float]]] = deque(
-            maxlen=round(scene.conditions.latency * RATE) + 1
-        )
-        self._first, held = values[0, :3].copy(), np.zeros(3)
-        due = commands.due_to_rise(scene.task.rule.lift)
-        tick = 0
+        n = len(self._commands.times)
         for tick in range(n):
-            forces.append(sensors.finger_forces(values))
-            grip.feel(forces[0][0])
-            if tick >= commands.action:
-                grip.keep(data.qpos[scene.qpos_index], 1.0 / RATE)
-                before, held = held, sensors.held(values)[0]
-                if tick > commands.action and commands.lifted:
-                    load = float(sensors.carried(values)[0] / commands.weight[tick])
-                    grip.tighten(RATE * float(np.linalg.norm(held - before)), load, 1.0 / RATE)
-            x = grip.targets(whole[tick], float(commands.closed[tick]), 1.0 / RATE)
-            x = np.clip(x + added[tick], robot.lower, robot.upper)
-            data.ctrl[scene.ctrl_index] = robot.commands(x)
-            data.mocap_pos[0], data.mocap_quat[0] = (
-                commands.palm_pos[tick],
-                commands.palm_quat[tick],
-            )
-            for name in states:
-                self.samples[name][tick] = np.asarray(getattr(data, name)).reshape(-1)
-            seen[tick] = values[0]
-            if data.ncon > SLOTS and sensors.n_contacts(values).max() > SLOTS:
-                exact[tick] = contacts_of(model, data)
+            self._command(tick)
+            for name, live in self._live.items():
+                self.states[name][tick] = live
+            if data.ncon > SLOTS and sensors.n_contacts(self._values).max() > SLOTS:
+                self.exact[tick] = contacts_of(model, data)
             mujoco.mj_step(model, data, nstep=steps_per_reading(model))
-            if diverged(data.qvel, data.warning.number):
-                self.unstable = True
-                break
-            if brief and self._is_over(tick, values[0], sensors, due):
-                break
-        self._read(sensors, seen[: tick + 1], exact)
-        return tick + 1
-
-    def _is_over(self, tick: int, values: Array, sensors: Sensors, due: Mask) -> bool:
-        """Whether the object is lost, or was pushed far before the hand had closed."""
-        if due[tick]:
-            return bool(values[sensors.height] - self._first[sensors.height] < LOST)
-        pushed = float(np.linalg.norm(values[:3] - self._first))
-        return tick == self.commands.action and pushed > FAR * MAX_PUSH
+            self.unstable = bool(diverged(data.qvel, data.warning.number))
+            if self.unstable or (brief and self._is_over(tick)):
+                return tick + 1
+        return n
 
     def _start(self) -> None:
         """Put the robot where its movement begins, at rest."""
-        scene, commands = self.scene, self.commands
-        model, data = scene.model, scene.data
+        scene, commands = self._scene, self._commands
+        model, data, x = scene.model, scene.data, self._told[0]
         mujoco.mj_resetData(model, data)
-        x = self.movement.told[0]
         data.qpos[scene.joint_index] = scene.robot.joint_positions(x)
         data.ctrl[scene.ctrl_index] = scene.robot.commands(x)
         free = int(model.joint("forearm").qposadr[0])
@@ -169,16 +151,43 @@ class _Run:
         data.mocap_pos[0], data.mocap_quat[0] = commands.palm_pos[0], commands.palm_quat[0]
         mujoco.mj_forward(model, data)
 
-    def _read(self, sensors: Sensors, seen: Array, exact: dict[int, tuple[Array, ...]]) -> None:
-        """Make samples of what the sensors saw."""
-        n = len(seen)
+    def _command(self, tick: int) -> None:
+        """Read the fingertips and command hand and base."""
+        scene, commands, grip = self._scene, self._commands, self._grip
+        data, robot = scene.data, scene.robot
+        (forces,) = self._sensors.finger_forces(self._values)
+        self._forces.append(forces)
+        grip.feel(self._forces[0])
+        if tick >= commands.action:
+            grip.keep(data.qpos[scene.qpos_index], 1.0 / RATE)
+            before, self._held = self._held, self._sensors.held(self._values)[0]
+            if tick > commands.action and commands.lifted:
+                slip = RATE * float(np.linalg.norm(self._held - before))
+                load = float(self._sensors.carried(self._values)[0] / commands.weight[tick])
+                grip.tighten(slip, load, 1.0 / RATE)
+        x = grip.targets(self._told[tick], float(commands.closed[tick]), 1.0 / RATE)
+        x = np.clip(x + self._added[tick], robot.lower, robot.upper)
+        data.ctrl[scene.ctrl_index] = robot.commands(x)
+        data.mocap_pos[0], data.mocap_quat[0] = commands.palm_pos[tick], commands.palm_quat[tick]
+
+    def _is_over(self, tick: int) -> bool:
+        """Whether the object is lost, or was pushed far before the hand had closed."""
+        commands, now, first = self._commands, self._values[0], self.states["seen"][0]
+        risen = now[self._sensors.height] - first[self._sensors.height]
+        due = commands.lift[tick] >= 2 * LOST and self._scene.task.rule.lift >= LOST
+        far = float(np.linalg.norm(now[:3] - first[:3])) > FAR * MAX_PUSH
+        return bool((due and risen < LOST) or (tick == commands.action and far))
+
+    def samples(self, n: int) -> dict[str, Array]:
+        """Return what `record_of` takes, of n readings."""
+        samples, sensors = {name: rows[:n] for name, rows in self.states.items()}, self._sensors
+        seen = samples.pop("seen")
         touch, _ = sensors.contacts(seen)
-        for row, values in exact.items():
-            for kept, value in zip(touch, values, strict=True):
+        for row, exact in self.exact.items():
+            for kept, value in zip(touch, exact, strict=True):
                 kept[row] = value
         table_force, table_overlap = sensors.table(seen)
-        self.samples = {name: values[:n] for name, values in self.samples.items()}
-        self.samples |= {
+        return samples | {
             "contact_force": touch.force,
             "press": touch.press,
             "penetration": np.maximum(touch.penetration, table_overlap),

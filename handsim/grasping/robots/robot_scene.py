@@ -4,10 +4,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import mujoco
 import numpy as np
 
+from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.rollout.compiled_scene import front_end
 from handsim.grasping.rollout.sensing import add_sensors
@@ -71,7 +73,7 @@ class RobotScene:
     @property
     def gripping(self) -> list[Finger]:
         """The fingers that hold, beside the thumb: the grasp's, or all if it has none of them."""
-        own = [finger for finger in self.robot.fingers if finger != "thumb"]
+        own: list[Finger] = [finger for finger in self.robot.fingers if finger != "thumb"]
         return [finger for finger in own if finger in self.task.grasp.fingers] or own
 
     @classmethod
@@ -83,6 +85,13 @@ class RobotScene:
         InputError
             If an actuator of the hand is no position servo.
         """
+        unknown = np.isnan(robot.commands(robot.reference))
+        if unknown.any():
+            names = [robot.actuator_names[i] for i in np.flatnonzero(unknown)]
+            raise InputError(
+                f"actuator '{names[0]}' and {len(names) - 1} more are no position servos; give the "
+                "hand with <position> actuators, or without any, which adds them"
+            )
         mirrored = task.for_side(robot.side)
         spec = robot_scene_spec(task, conditions, robot)
         add_sensors(spec, mirrored.rule.pressed)
@@ -95,7 +104,7 @@ class RobotScene:
             robot,
             model,
             mujoco.MjData(model),
-            lambda: _xml(task, conditions, robot),
+            partial(_xml, task, conditions, robot),
             index[robot.joint_map.free],
             index,
             np.array([model.actuator(PREFIX + n).id for n in robot.actuator_names], dtype=np.intp),
@@ -109,8 +118,8 @@ def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mu
     """Build table, object and a robot hand on a free base that follows ``forearm_target``.
 
     The robot's skin is given the friction and softness of the own hand's: files of hands seldom say
-    what theirs is, and the trials vary it. The weight of the hand's own links is compensated, as the
-    controllers of such hands do.
+    what theirs is, and the trials vary it. The weight of the hand's own links is compensated, as
+    the controllers of such hands do.
 
     Parameters
     ----------
@@ -121,9 +130,7 @@ def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mu
     """
     dx, dy, yaw = conditions.object_offset
     mirrored = task.for_side(robot.side)
-    spec = build_scene(
-        mirrored, None, mass_scale=conditions.mass_scale, offset=(dx, dy), turn=yaw
-    )
+    spec = build_scene(mirrored, None, mass_scale=conditions.mass_scale, offset=(dx, dy), turn=yaw)
     base = _add_base(spec)
     mount_robot_hand(spec, _bare(robot.spec), robot.frames.palm, body="palm", prefix=PREFIX)
     _name_fingers(spec, robot)
@@ -146,7 +153,15 @@ def _add_base(spec: mujoco.MjSpec) -> mujoco.MjsBody:
     base = spec.worldbody.add_body(name="forearm", gravcomp=1.0)
     base.add_freejoint(name="forearm")
     # A free body needs mass, and the hand's own is all in bodies that it carries.
-    base.mass, base.inertia, base.explicitinertial = 0.5, np.full(3, 5e-4), True
+    base.add_geom(
+        name="mount",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[0.03, 0.0, 0.0],
+        mass=0.5,
+        contype=0,
+        conaffinity=0,
+        group=4,  # is not drawn
+    )
     base.add_body(name="palm")
     spec.add_equality(
         name="forearm_weld",

@@ -1,8 +1,8 @@
-"""How soft the servos of a robot hand are, and what they are told so that a load does not bend them.
+"""How stiff the servos of a robot hand are, and how far they lag behind what they are told.
 
-Position servos give way in proportion to what their joints carry: a glass of 0.25 kg bends the
-fingers of a hand with 1 N m/rad by a tenth of their length. What is to be carried is known, so that
-targets are moved by as much beforehand, as people stiffen their fingers before they lift.
+Position servos give way in proportion to what their joints carry: a glass of 0.25 kg bends fingers
+of 1 N m/rad by a quarter of a radian. What moves lags by the ratio of damping to stiffness: fingers
+that close with 1 rad/s are a tenth of a radian late where that ratio is 0.1 s.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,9 @@ from handsim.types import Array
 SOFTEST = 0.1
 """Least force that is reckoned with [N]."""
 _SMALL = 1e-4  # step of differences [rad or m]
-_SOFT = 1e-3  # least stiffness relative to the greatest: coordinates without a servo give way freely
+_SOFT = (
+    1e-3  # least stiffness relative to the greatest: coordinates without a servo give way freely
+)
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class RobotServos:
         return cls(stiffness, jacobian, damping / np.diag(stiffness))
 
     def force_of(self, closing: Array) -> float:
-        """Return the force of a fingertip for a movement of the targets [N], the thumb's if it moves.
+        """Return the force of a fingertip for a movement of the targets [N]; the thumb's if any.
 
         Parameters
         ----------

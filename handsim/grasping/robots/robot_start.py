@@ -20,6 +20,8 @@ WAY = 30
 TILTS_DEG = (0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns about the line from thumb to fingers that are tried in turn until no part of the robot is
 in the table: forearms of robots are thicker than a person's."""
+ARRIVALS = (0.6, 0.85)
+"""Fractions of the reach at which the palm is in place, each of which is tried."""
 CLEAR = 0.001
 """Deepest overlap with the table that counts as none [m]."""
 _ALONG = 0.005
@@ -83,7 +85,7 @@ def palm_for(
     human = [FINGERS.index(finger) for finger in chosen]
     a = _corners(mine.points[own], mine.directions[own], mine.backs[own])
     b = _corners(theirs.points[human], theirs.directions[human], theirs.backs[human])
-    turn, _ = Rotation.align_vectors(b - b.mean(axis=0), a - a.mean(axis=0))
+    turn = Rotation.align_vectors(b - b.mean(axis=0), a - a.mean(axis=0))[0]
     shift = b.mean(axis=0) - turn.apply(a.mean(axis=0))
     return palm @ Pose(shift, turn.as_quat(scalar_first=True))
 

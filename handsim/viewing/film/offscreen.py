@@ -159,9 +159,16 @@ def _body(model: mujoco.MjModel, name: str) -> int:
     return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY.value, name)
 
 
+def _knuckle(model: mujoco.MjModel, finger: str) -> int:
+    """Return the body at a finger's knuckle, -1 without: in robot hands, its first one."""
+    own = _body(model, f"{finger}_proximal")
+    names = (model.body(i).name for i in range(model.nbody)) if own < 0 else ()
+    return next((i for i, name in enumerate(names) if name.startswith(f"{finger}_")), own)
+
+
 def _hand_centre(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Knuckle of the middle finger; the centre of the model where there is no hand."""
-    knuckle = _body(model, "middle_proximal")
+    knuckle = _knuckle(model, "middle")
     return data.xpos[knuckle].copy() if knuckle >= 0 else model.stat.center.copy()
 
 
@@ -173,7 +180,7 @@ def _grasp_centre(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 def _thumb_side(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     """Return 1 where the index finger is further to +y than the little one, else -1."""
-    index, little = _body(model, "index_proximal"), _body(model, "little_proximal")
+    index, little = _knuckle(model, "index"), _knuckle(model, "little")
     return -1.0 if min(index, little) >= 0 and data.xpos[index, 1] < data.xpos[little, 1] else 1.0
 
 
@@ -183,7 +190,7 @@ def _framing(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> tuple[A
     A hand of length L about its knuckle fits into 1.5 L. With an object the hand comes from up to
     two of its lengths away and lifts by half of one.
     """
-    palm, knuckle = _body(model, "palm"), _body(model, "middle_proximal")
+    palm, knuckle = _body(model, "palm"), _knuckle(model, "middle")
     if palm < 0 or knuckle < 0:
         return model.stat.center.copy(), 1.5 * model.stat.extent
     # The knuckle of the middle finger is about 0.47 of the hand's length from the wrist.

@@ -1,0 +1,80 @@
+"""A scene with a robot hand: names as a person's, friction and weight, complete as XML."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from handsim.grasping._stored_model import trusted_xml
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.robots.robot_scene import PREFIX, RobotScene
+from handsim.grasping.rollout.sensing import Sensors
+from handsim.joints import CONTACT_PARTS, FINGERS
+from handsim.retargeting.robot_hand import RobotHand
+from handsim.tasks.table_one import task_by_name
+
+TASK, FREE = task_by_name("cube-raise"), Conditions(base="free")
+
+
+def test_bodies_of_fingers_begin_with_their_names_and_others_do_not(scene):
+    names = [scene.model.body(i).name for i in range(scene.model.nbody)]
+    for finger in FINGERS:
+        own = [name for name in names if name.startswith(f"{finger}_")]
+        assert own and all(PREFIX in name for name in own)
+    assert {"forearm", "palm", "forearm_target", "object"} <= set(names)
+    assert f"{PREFIX}palm" in names  # no finger's
+
+
+def test_a_missing_finger_is_a_body_of_nothing(three_fingers):
+    scene = RobotScene.build(TASK, FREE, three_fingers)
+    body = scene.model.body("little_missing")
+    assert (body.mass[0], body.geomnum[0]) == (0.0, 0)
+    assert scene.gripping == ["index", "middle"]
+    values = scene.data.sensordata[None, Sensors(scene.model).first :]
+    assert Sensors(scene.model).finger_forces(values) == [[0.0] * len(FINGERS)]
+
+
+def test_a_grasp_without_any_of_the_fingers_takes_all(hand_file):
+    pair = RobotHand(hand_file, "palm", {f: f"{f}_pad" for f in ("thumb", "little")})
+    assert "little" not in TASK.grasp.fingers
+    assert RobotScene.build(TASK, FREE, pair).gripping == ["little"]
+
+
+def test_coordinates_and_actuators_are_found_in_the_scene(scene):
+    robot = scene.robot
+    names = [scene.model.joint(int(np.flatnonzero(scene.model.jnt_qposadr == at)[0])).name
+             for at in scene.joint_index]  # fmt: skip
+    assert names == [PREFIX + name for name in robot.joint_names]
+    assert [scene.model.actuator(int(i)).name for i in scene.ctrl_index] == [
+        PREFIX + name for name in robot.actuator_names
+    ]
+    for index, finger in zip(scene.fingers, robot.joint_names, strict=True):
+        expected = finger.split("_")[0]
+        assert index == (FINGERS.index(expected) if expected in FINGERS else -1)
+
+
+def test_friction_is_that_of_the_conditions_torsion_in_proportion(robot):
+    scene = RobotScene.build(TASK, replace(FREE, friction=0.4), robot)
+    hand = scene.model.body_rootid == scene.model.body("forearm").id
+    geoms = hand[scene.model.geom_bodyid]
+    np.testing.assert_allclose(scene.model.geom_friction[geoms, 0], 0.4)
+    np.testing.assert_allclose(scene.model.geom_friction[geoms, 1], 0.005)
+    assert (scene.model.geom_condim[geoms] == 4).all()
+
+
+def test_links_weigh_nothing_on_their_servos(scene):
+    hand = scene.model.body_rootid == scene.model.body("forearm").id
+    np.testing.assert_array_equal(scene.model.body_gravcomp[hand], 1.0)
+
+
+def test_the_xml_needs_no_file_and_is_the_same_model(scene):
+    text = scene.xml()
+    model = mujoco.MjModel.from_xml_string(trusted_xml(text, {}))
+    assert (model.nq, model.nv, model.nu) == (scene.model.nq, scene.model.nv, scene.model.nu)
+    np.testing.assert_allclose(model.body_mass, scene.model.body_mass, atol=1e-9)
+    np.testing.assert_allclose(model.geom_pos, scene.model.geom_pos, atol=1e-6)
+
+
+def test_the_parts_of_the_hand_are_told_apart_by_the_sensors(scene):
+    parts = {CONTACT_PARTS[i] for i in Sensors(scene.model)._parts}
+    assert parts == set(CONTACT_PARTS)
