@@ -51,7 +51,7 @@ ROOMS = (
     "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
     "grasping.judging", "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures",
-    "viewing.live", "viewing.opengl", "cli", "cli.recordings",
+    "viewing.live", "viewing.opengl", "cli", "cli.listing", "cli.recordings",
 )  # fmt: skip
 
 

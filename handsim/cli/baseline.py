@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, writable
+from handsim.cli.console import (
+    JsonFlag,
+    check_gl,
+    fraction_done,
+    help_where_alone,
+    note,
+    say,
+    say_json,
+    writable,
+)
 
 if TYPE_CHECKING:
     from handsim.recordings.recording import RecordingSet
@@ -143,6 +152,7 @@ def _recordings(controller: Path | None, folder: Path | None) -> "RecordingSet |
     return recordings_or_built_in(folder, learned=controller_or_built_in(controller))
 
 
-@app.callback()
-def _group() -> None:
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
     """Keep what a controller does, and check it again."""
+    help_where_alone(context)

@@ -36,6 +36,12 @@ Accept = Annotated[
 ]
 
 
+def help_where_alone(context: typer.Context) -> None:
+    """Show the help of a group of commands where none of them is named."""
+    if context.invoked_subcommand is None:
+        say(context.get_help())
+
+
 def say(text: str) -> None:
     """Write a line of results."""
     with _output():

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from handsim.cli.console import check_gl, note, say, writable
+from handsim.cli.console import check_gl, help_where_alone, note, say, writable
 
 app = typer.Typer()
 
@@ -69,6 +69,7 @@ def inspect(
         note(f"wrote {proposal}; correct it where the picture is wrong, and give it by --map")
 
 
-@app.callback()
-def _group() -> None:
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
     """Build hand models; inspect robot hands."""
+    help_where_alone(context)

@@ -10,6 +10,7 @@ from handsim.cli.console import (
     JsonFlag,
     check_gl,
     fraction_done,
+    help_where_alone,
     note,
     say,
     say_json,
@@ -197,6 +198,7 @@ def grasp_as_dict(chosen: "OwnGrasp") -> dict[str, Any]:
     }
 
 
-@app.callback()
-def _group() -> None:
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
     """Look at own objects."""
+    help_where_alone(context)

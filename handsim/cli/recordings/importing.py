@@ -10,6 +10,7 @@ from handsim.cli.console import (
     Folder,
     JsonFlag,
     fraction_done,
+    help_where_alone,
     note,
     say,
     say_json,
@@ -175,3 +176,9 @@ def _say_summary(summary: dict[str, Any]) -> None:
                 seen.add((each["kind"], each["joint"]))
                 joint = f", {each['joint']}" if each["joint"] else ""
                 say(f"{row['name']}{joint}: {each['kind']}: {each['message']}")
+
+
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
+    """Import and inspect recordings."""
+    help_where_alone(context)
