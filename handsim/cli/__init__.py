@@ -24,7 +24,7 @@ from handsim.cli import (
     sweeping,
 )
 from handsim.cli.console import help_where_alone
-from handsim.cli.listing import machine
+from handsim.cli.listing import hand_list, machine, object_list, task_list
 from handsim.cli.recordings import importing as recordings
 from handsim.disk import refused
 from handsim.errors import HandsimError
@@ -42,6 +42,9 @@ app.add_typer(recordings.app, name="recordings", help="Import and inspect record
 app.add_typer(baseline.app, name="baseline", help="Notice what a change did.")
 for command in (
     machine.doctor,
+    task_list.tasks,
+    object_list.objects,
+    hand_list.hands,
     learning.learn,
     learning.evaluate,
     learning.certify,

@@ -3,7 +3,9 @@
 import json
 import math
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -47,6 +49,31 @@ def say(text: str) -> None:
     with _output():
         sys.stdout.write(text + "\n")
         sys.stdout.flush()
+
+
+def say_wrapped(text: str, indent: int = 0, first: str | None = None) -> None:
+    """Write a paragraph of results, in lines no longer than the terminal or 100 characters.
+
+    Parameters
+    ----------
+    text
+    indent
+        Spaces before each line.
+    first
+        What stands before the first line instead, ``indent`` characters long.
+    """
+    width = min(shutil.get_terminal_size().columns, 100)
+    margin = " " * indent
+    start = margin if first is None else first
+    lines = textwrap.wrap(
+        text,
+        width,
+        initial_indent=start,
+        subsequent_indent=margin,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    say("\n".join(lines))
 
 
 def note(text: str) -> None:
