@@ -164,7 +164,10 @@ def _check_what(
 
     if (task is None) == (own is None):
         asked = "neither is given" if task is None else "both are given"
-        raise InputError(f"--task names a task of Table I, --object a file: {asked}; give one")
+        raise InputError(
+            f"--task names a task of Table I, --object a file: {asked}; give one "
+            "(`handsim tasks` lists the tasks)"
+        )
     if own is None:
         if extra := [name for name, value in given.items() if value is not None]:
             raise InputError(f"{extra[0]} is about an own object; give its file with --object")
