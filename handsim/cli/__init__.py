@@ -26,6 +26,7 @@ from handsim.cli import (
 from handsim.cli.console import help_where_alone
 from handsim.cli.listing import hand_list, machine, object_list, task_list
 from handsim.cli.recordings import importing as recordings
+from handsim.cli.waiting import heard
 from handsim.disk import refused
 from handsim.errors import HandsimError
 
@@ -82,6 +83,7 @@ _UsageError: type[Exception] = next(
 
 def main() -> NoReturn:
     """Run the command line and exit with its code."""
+    heard()
     try:
         code = app(prog_name="handsim", standalone_mode=False)
     except HandsimError as error:

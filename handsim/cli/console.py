@@ -6,17 +6,14 @@ import os
 import shutil
 import sys
 import textwrap
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
+from typing import Annotated, Any, cast
 
 import typer
 
-if TYPE_CHECKING:
-    from handsim.types import Progress
-
-T = TypeVar("T")
+from handsim.cli.waiting import heard
 
 MAX_JOBS = 256
 """Largest number of processes; each takes 200 MB."""
@@ -80,6 +77,7 @@ def note(text: str) -> None:
     """Write a line about the work to standard error; where that is closed, it is dropped."""
     with suppress(OSError):
         sys.stderr.write(text + "\n")
+    heard()
 
 
 def say_json(value: Any) -> None:
@@ -122,6 +120,7 @@ def _output() -> Generator[None, None, None]:
 
     try:
         yield
+        heard()
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -131,31 +130,6 @@ def _output() -> Generator[None, None, None]:
             f"standard output: cannot be written ({error.strerror}); free some space where it "
             "leads, or lead it elsewhere"
         ) from error
-
-
-def progress(items: Sequence[T], label: str) -> Iterator[T]:
-    """Iterate with a progress bar on standard error where that is a terminal."""
-    if len(items) < 2 or not sys.stderr.isatty():
-        yield from items
-        return
-    from rich.console import Console
-    from rich.progress import track
-
-    yield from track(items, description=label, console=Console(stderr=True), transient=True)
-
-
-@contextmanager
-def fraction_done(label: str) -> "Generator[Progress | None, None, None]":
-    """Give a function that draws the fraction done as a bar; None where there is no terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=1.0)
-        yield lambda fraction: bar.update(task, completed=fraction)
 
 
 def check_gl(*, draws: bool = False) -> None:
@@ -198,3 +172,16 @@ def writable(path: Path, *suffixes: str) -> Path:
         raise InputError(f"{path}: suffix '{path.suffix}' is not one of {', '.join(suffixes)}")
     check_target(path)
     return path
+
+
+def writable_folder(folder: Path) -> None:
+    """Check before the work begins that results can be written to ``folder``.
+
+    Raises
+    ------
+    FileError
+        As `handsim.files.check_output_folder`.
+    """
+    from handsim.files import check_output_folder
+
+    check_output_folder(folder)

@@ -46,7 +46,8 @@ def recordings_or_built_in(
     ImplausibleError
         If they cannot be.
     """
-    from handsim.cli.console import fraction_done, note
+    from handsim.cli.console import note
+    from handsim.cli.waiting import fraction_done
 
     with fraction_done("reading") as progress:
         recordings = read_recordings(folder_or_built_in(folder), progress)

@@ -12,11 +12,11 @@ from handsim.cli.console import (
     MAX_JOBS,
     JsonFlag,
     check_gl,
-    fraction_done,
     note,
     say,
     say_json,
     say_table,
+    writable_folder,
 )
 from handsim.cli.objects import (
     MassOption,
@@ -29,8 +29,10 @@ from handsim.cli.objects import (
     grasp_as_dict,
     say_assumed,
 )
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
+    from handsim.errors import FileError
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.judging.protocols import RunVerdict, TaskVerdict
     from handsim.grasping.planning.grasper import ControllerGrasper, Grasper
@@ -104,6 +106,8 @@ def grasp(
 ) -> None:
     """Grasp in physics and judge the outcome."""
     check_gl()
+    if output is not None:
+        writable_folder(output)
 
     from handsim.cli.defaults import hand_size
     from handsim.grasping.judging.protocols import TaskVerdict, judge_runs, summarise
@@ -119,7 +123,8 @@ def grasp(
         grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
         _make(output)
     else:
-        thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)
+        with fraction_done("reading"):
+            thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)
         say_assumed(thing)
         planning = None if controller == DEMONSTRATOR else _planning(controller, conditions)
         _make(output)
@@ -130,7 +135,8 @@ def grasp(
     judged = judge_runs(
         grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs or 1
     )
-    runs = _kept(judged, output, len(tasks) * (1 + trials))
+    unwritten: list[FileError] = []
+    runs = _kept(judged, output, len(tasks) * (1 + trials), unwritten)
     results = [
         TaskVerdict(each, tuple(run for _, run in of_task))
         for each, of_task in groupby(runs, key=lambda pair: pair[0])
@@ -141,6 +147,8 @@ def grasp(
         say_json(summarise(results, perf_counter() - started) | said)
     else:
         _show(results)
+    if unwritten:
+        raise unwritten[0]
     if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
 
@@ -244,18 +252,27 @@ def _grasper(
 
 
 def _kept(
-    judged: "Iterator[tuple[Task, RunVerdict, Rollout]]", folder: Path | None, n_runs: int
+    judged: "Iterator[tuple[Task, RunVerdict, Rollout]]",
+    folder: Path | None,
+    n_runs: int,
+    unwritten: "list[FileError]",
 ) -> "Iterator[tuple[Task, RunVerdict]]":
-    """Write each run's rollout, if asked to, say how far it is, and pass on the judgement."""
+    """Write each run's rollout, if asked to, say how far it is, and pass on the judgement.
+
+    Where one cannot be written, no further one is, and the error is put into ``unwritten``.
+    """
+    from handsim.errors import FileError
     from handsim.grasping.rollout_file import write_rollout
 
     with fraction_done("grasping") as done:
         for number, (task, run, rollout) in enumerate(judged, start=1):
-            if folder is not None:
+            if folder is not None and not unwritten:
                 suffix = "" if run.conditions.nominal else f"-{run.conditions.seed}"
-                write_rollout(rollout, folder / f"{task.name}{suffix}.npz")
-            if done:
-                done(number / n_runs)
+                try:
+                    write_rollout(rollout, folder / f"{task.name}{suffix}.npz")
+                except FileError as error:
+                    unwritten.append(error)
+            done(number / n_runs)
             yield task, run
 
 

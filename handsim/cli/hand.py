@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from handsim.cli.console import check_gl, help_where_alone, note, say, writable
+from handsim.cli.console import check_gl, help_where_alone, note, say, writable, writable_folder
+from handsim.cli.waiting import fraction_done
 
 app = typer.Typer()
 
@@ -18,13 +19,17 @@ def build(
     side: Annotated[Literal["right", "left"], typer.Option(help="Which hand.")] = "right",
 ) -> None:
     """Write the hand as MJCF that plain MuJoCo loads."""
+    if output.exists() or output.parent.exists():  # folders above it are made, too
+        writable_folder(output)
     check_gl()
 
     from handsim.cli.defaults import hand_size
     from handsim.hand.export import write_hand
 
     size = hand_size(hand_length, hand_breadth, side)
-    note(f"wrote {write_hand(size, output)}")
+    with fraction_done("building"):
+        written = write_hand(size, output)
+    note(f"wrote {written}")
 
 
 @app.command()
@@ -50,8 +55,10 @@ def inspect(
     from handsim.viewing.film.video import write_image
     from handsim.viewing.robot_hand_sheet import robot_hand_sheet
 
-    robot = RobotHand(file, frames=map_, folders=folder or ())
-    picture = robot_hand_sheet(robot)
+    with fraction_done("reading"):
+        robot = RobotHand(file, frames=map_, folders=folder or ())
+    with fraction_done("drawing"):
+        picture = robot_hand_sheet(robot)
     proposal = output.with_suffix(".toml")
     kept = map_ is not None or proposal.exists()
     if not kept:

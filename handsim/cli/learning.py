@@ -12,13 +12,13 @@ from handsim.cli.console import (
     ControllerFile,
     Folder,
     JsonFlag,
-    fraction_done,
     note,
     say,
     say_json,
     say_table,
     writable,
 )
+from handsim.cli.waiting import fraction_done
 
 
 def learn(
@@ -132,7 +132,8 @@ def evaluate(
             again = partial(learn_like, learned)
             found = scores.leave_one_out(recordings, again, progress, not object_unknown)
     else:
-        found = scores.evaluate(learned, recordings, not object_unknown)
+        with fraction_done("evaluating") as progress:
+            found = scores.evaluate(learned, recordings, not object_unknown, progress)
     result = found.as_dict()
     if json:
         say_json(result)

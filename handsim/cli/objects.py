@@ -9,7 +9,6 @@ import typer
 from handsim.cli.console import (
     JsonFlag,
     check_gl,
-    fraction_done,
     help_where_alone,
     note,
     say,
@@ -17,6 +16,7 @@ from handsim.cli.console import (
     say_table,
     writable,
 )
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -61,7 +61,8 @@ def check(
 
     from handsim.objects.mesh_import import read_object
 
-    own = read_object(file, mass=mass, scale=scale, up=up, pieces=pieces)
+    with fraction_done("reading"):
+        own = read_object(file, mass=mass, scale=scale, up=up, pieces=pieces)
     if output is not None:
         _draw(own, output)
     if json:
@@ -116,12 +117,13 @@ def _show(own: "OwnObject") -> None:
 def _draw(own: "OwnObject", output: Path) -> None:
     from handsim.viewing.opengl.backend import choose_backend
 
-    choose_backend()
+    with fraction_done("drawing"):
+        choose_backend()
 
-    from handsim.viewing.film.video import write_image
-    from handsim.viewing.resting_sheet import resting_sheet
+        from handsim.viewing.film.video import write_image
+        from handsim.viewing.resting_sheet import resting_sheet
 
-    write_image(resting_sheet(own), output)
+        write_image(resting_sheet(own), output)
     note(f"wrote {max(1, len(own.resting))} pictures to {output}")
 
 

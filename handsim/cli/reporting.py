@@ -7,16 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import (
-    Accept,
-    ControllerFile,
-    Folder,
-    check_gl,
-    fraction_done,
-    note,
-    progress,
-    writable,
-)
+from handsim.cli.console import Accept, ControllerFile, Folder, check_gl, note, writable
+from handsim.cli.waiting import fraction_done, progress
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions

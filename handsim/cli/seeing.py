@@ -10,10 +10,11 @@ from handsim.cli.console import (
     ControllerFile,
     Folder,
     check_gl,
-    fraction_done,
     note,
     writable,
+    writable_folder,
 )
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.viewing.film.clips import Clip
@@ -64,6 +65,7 @@ def figures(
     accept: Accept = None,
 ) -> None:
     """Draw the counterparts of the paper's figures, each as PNG and SVG."""
+    writable_folder(output)
     check_gl(draws=True)
 
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in

@@ -9,7 +9,6 @@ import typer
 from handsim.cli.console import (
     Folder,
     JsonFlag,
-    fraction_done,
     help_where_alone,
     note,
     say,
@@ -19,6 +18,7 @@ from handsim.cli.console import (
 )
 from handsim.cli.recordings.calibrating import calibrate, map_
 from handsim.cli.recordings.cutting import PICTURES, cut
+from handsim.cli.waiting import fraction_done
 
 app = typer.Typer()
 app.command("map")(map_)
@@ -84,8 +84,9 @@ def import_(
         task=task,
         unwrap=unwrap,
     )
-    recordings = import_recordings(files, format, options=options)
-    write_recordings(recordings, output)
+    with fraction_done("importing"):
+        recordings = import_recordings(files, format, options=options)
+        write_recordings(recordings, output)
     for line in (*said_of(recordings), *lines_of(anomalies(recordings))):
         note(line)
     note(f"wrote {len(recordings)} recordings to {output}")
@@ -132,7 +133,8 @@ def info(
         from handsim.viewing.figures.recordings_figure import recordings_figure
         from handsim.viewing.figures.style import save_picture
 
-        save_picture(recordings_figure(recordings), plot)
+        with fraction_done("drawing"):
+            save_picture(recordings_figure(recordings), plot)
         note(f"wrote {plot}")
     if json:
         say_json(summary)
