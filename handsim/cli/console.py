@@ -13,10 +13,15 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from handsim.cli.waiting import heard
+from handsim.cli.waiting import heard, in_time
 
 MAX_JOBS = 256
 """Largest number of processes; each takes 200 MB."""
+
+MAX_TRIALS = 100_000
+"""Largest number of perturbed trials of a task: a day of one processor."""
+SECONDS_A_RUN = 1.0
+"""What a run takes on a processor [s]; 0.8 to 1 with `handsim grasp demonstrator --trials 8`."""
 
 JsonFlag = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Folder = Annotated[
@@ -155,6 +160,24 @@ def check_gl(*, draws: bool = False) -> None:
         from handsim.viewing.opengl.setting import check_import
 
         check_import()
+
+
+def check_trials(trials: int, jobs: int) -> None:
+    """Check that trials can be waited for, and say how long they would take where not.
+
+    Raises
+    ------
+    InputError
+        If there are more than `MAX_TRIALS`.
+    """
+    from handsim.errors import InputError
+
+    if trials > MAX_TRIALS:
+        seconds = SECONDS_A_RUN * trials / jobs
+        raise InputError(
+            f"--trials {trials}: about {in_time(seconds)} a task, at {SECONDS_A_RUN:g} s a run in "
+            f"{jobs} process{'es' * (jobs > 1)}; {MAX_TRIALS} are the most, ask for fewer"
+        )
 
 
 def writable(path: Path, *suffixes: str) -> Path:

@@ -12,6 +12,7 @@ from handsim.cli.console import (
     MAX_JOBS,
     JsonFlag,
     check_gl,
+    check_trials,
     note,
     say,
     say_json,
@@ -105,6 +106,7 @@ def grasp(
     json: JsonFlag = False,
 ) -> None:
     """Grasp in physics and judge the outcome."""
+    check_trials(trials, jobs or 1)
     check_gl()
     if output is not None:
         writable_folder(output)
