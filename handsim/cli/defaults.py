@@ -4,20 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
-from handsim.learning.controller import GraspController
-from handsim.learning.demonstration import demonstrations_of
-from handsim.recordings.folder import read_recordings, stored_notes
-from handsim.recordings.plausibility import check_plausible, lines_of
-from handsim.recordings.recording import RecordingSet
 from handsim.types import MEDIAN_HAND, Array, HandSize, Side
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.planning.grasper import ControllerGrasper
+    from handsim.learning.controller import GraspController
+    from handsim.recordings.recording import RecordingSet
 
 
 MOST_NOTES = 5
@@ -27,8 +22,8 @@ MOST_NOTES = 5
 def recordings_or_built_in(
     folder: Path | None,
     accept: Sequence[str] | None = None,
-    learned: GraspController | None = None,
-) -> RecordingSet:
+    learned: "GraspController | None" = None,
+) -> "RecordingSet":
     """Read recordings that can be what they say; by default the built-in synthetic experiments.
 
     What was done to them and what is unlikely about them is said on standard error.
@@ -48,6 +43,8 @@ def recordings_or_built_in(
     """
     from handsim.cli.console import note
     from handsim.cli.waiting import fraction_done
+    from handsim.recordings.folder import read_recordings, stored_notes
+    from handsim.recordings.plausibility import check_plausible, lines_of
 
     with fraction_done("reading") as progress:
         recordings = read_recordings(folder_or_built_in(folder), progress)
@@ -68,7 +65,7 @@ def folder_or_built_in(folder: Path | None) -> Path:
     return folder or data_folder("assets") / "experiments"
 
 
-def said_of(recordings: RecordingSet, known: frozenset[str] = frozenset()) -> list[str]:
+def said_of(recordings: "RecordingSet", known: frozenset[str] = frozenset()) -> list[str]:
     """Return what was done to recordings, a line for each thing done.
 
     Parameters
@@ -91,8 +88,10 @@ def said_of(recordings: RecordingSet, known: frozenset[str] = frozenset()) -> li
     return lines
 
 
-def controller_or_built_in(path: Path | None) -> GraspController:
+def controller_or_built_in(path: Path | None) -> "GraspController":
     """Load a controller; by default the one learned from the built-in experiments."""
+    from handsim.learning.controller import GraspController
+
     return GraspController.load(path or data_folder("assets") / "controller.npz")
 
 
@@ -127,7 +126,7 @@ def planning_grasper(
     return ControllerGrasper(learned, mode, own, (hint,), shared, note)
 
 
-def planned_destinations(learned: GraspController, path: Path | None) -> Array | None:
+def planned_destinations(learned: "GraspController", path: Path | None) -> Array | None:
     """Return the destinations (m, n) [rad] of the plans stored for a controller, None if none."""
     import numpy as np
 
@@ -191,9 +190,13 @@ def grasper_without(
 
 
 def _check_learned_from(
-    learned: GraspController, recordings: RecordingSet, path: Path | None, folder: Path | None
+    learned: "GraspController", recordings: "RecordingSet", path: Path | None, folder: Path | None
 ) -> None:
     """Compare the postures at both ends of the recordings with those that a controller keeps."""
+    import numpy as np
+
+    from handsim.learning.demonstration import demonstrations_of
+
     given = demonstrations_of(recordings, learned.subspace)
     kept = learned.demonstrations
     same = len(given) == len(kept) and all(

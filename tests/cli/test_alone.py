@@ -46,3 +46,26 @@ def test_the_version_is_said_at_once():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("handsim ")
+
+
+@pytest.mark.parametrize(
+    ("done", "not_needed"),
+    [
+        ("import handsim.cli.defaults", {"scipy", "handsim.learning", "handsim.recordings"}),
+        (
+            "import handsim\n"
+            "handsim.read_recordings(handsim.data_folder('assets') / 'experiments')",
+            {"scipy.signal", "scipy.interpolate", "handsim.learning"},
+        ),
+        (
+            "import sys; sys.argv = ['handsim', 'recordings', 'info']; import handsim.cli\n"
+            "try: handsim.cli.main()\n"
+            "except SystemExit: pass",
+            {"handsim.learning", "sklearn", "mujoco", "matplotlib", "joblib"},
+        ),
+    ],
+)
+def test_what_is_not_needed_is_not_imported(done: str, not_needed: set[str]):
+    code = f"import sys\n{done}\nsys.exit(','.join({not_needed} & set(sys.modules)) or 0)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
