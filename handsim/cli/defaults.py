@@ -1,6 +1,7 @@
 """Controllers, recordings and plans that commands use where none are named."""
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -120,10 +121,28 @@ def planning_grasper(
     learned = controller_or_built_in(path)
     own = plan_store(plan_folder(path), learned.digest, conditions)
     shared = () if path is None else (shipped_plans(learned.digest, conditions),)
+    if not replay and not any(store.path.is_file() for store in (own, *shared)):
+        _say_if_unkept(own.path.parent)
     built_in = learned if path is None else controller_or_built_in(None)
     hint = shipped_plans(built_in.digest, conditions)
     mode = "replay" if replay else "plan"
     return ControllerGrasper(learned, mode, own, (hint,), shared, note)
+
+
+@cache
+def _say_if_unkept(folder: Path) -> None:
+    """Say once, before plans are made, that they cannot be kept in a folder.
+
+    They are used all the same, and made again by the next command.
+    """
+    from handsim.cli.console import note
+    from handsim.errors import FileError
+    from handsim.files import check_output_folder
+
+    try:
+        check_output_folder(folder)
+    except FileError as error:
+        note(f"plans that are made now are used, but not kept: {error}")
 
 
 def planned_destinations(learned: "GraspController", path: Path | None) -> Array | None:
