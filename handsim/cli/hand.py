@@ -45,7 +45,10 @@ def inspect(
         typer.Option("--folder", help="Folder of package:// meshes; may be repeated."),
     ] = None,
 ) -> None:
-    """Read a robot hand, propose where palm and fingertips are, and draw it to be confirmed."""
+    """Read a robot hand, and draw where palm and fingertips seem to be.
+
+    A .toml beside the picture holds the same, to be corrected and given by --map.
+    """
     writable(output, ".png")
     check_gl(draws=True)
 

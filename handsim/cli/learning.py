@@ -81,8 +81,9 @@ def learn(
 
 
 def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:
-    """Prove that every start arrives at every recorded destination, or show where it fails.
+    """Prove that every start arrives, or show where one does not.
 
+    Destinations are those of the recordings and of the plans beside the controller.
     Exit code 1 where there is no proof.
     """
     from handsim.cli.defaults import controller_or_built_in, planned_destinations

@@ -54,7 +54,10 @@ def check(
     ] = None,
     json: JsonFlag = False,
 ) -> None:
-    """Say whether a mesh can be grasped: closed or mended, its pieces, mass and ways to rest."""
+    """Say whether a mesh can be grasped, and how it would lie.
+
+    It is closed or mended; its pieces, mass and ways to rest are shown.
+    """
     if output is not None:
         writable(output, ".png")
     check_gl(draws=output is not None)

@@ -37,7 +37,10 @@ def render(
     postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
     plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,
 ) -> None:
-    """Render movements in true time; a .png of one movement becomes its contact sheet."""
+    """Render movements in true time, as a video or as pictures.
+
+    A .png of one movement becomes its contact sheet.
+    """
     writable(output, ".mp4", ".gif", ".png")
     check_gl(draws=True)
 
@@ -64,7 +67,7 @@ def figures(
     folder: Folder = None,
     accept: Accept = None,
 ) -> None:
-    """Draw the counterparts of the paper's figures, each as PNG and SVG."""
+    """Draw the counterparts of the paper's figures as PNG and SVG."""
     writable_folder(output)
     check_gl(draws=True)
 

@@ -32,7 +32,7 @@ def sweep(
     ] = None,
     json: JsonFlag = False,
 ) -> None:
-    """Grasp with tasks, controllers, hands and conditions in all combinations.
+    """Grasp in all combinations of tasks, hands and conditions.
 
     A table that is there already is gone on with. SWEEP.toml holds tasks
     (names, or "all") and, where the usual will not do, controllers (built-in,

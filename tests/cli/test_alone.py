@@ -21,6 +21,15 @@ def test_a_group_alone_shows_its_commands(run, words, command):
     assert result.out == run(*words, "--help").out
 
 
+@pytest.mark.parametrize("group", ["", *GROUPS])
+def test_what_commands_do_is_said_to_the_end_on_80_columns(run, monkeypatch, group):
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERMINAL_WIDTH", "80")
+    listed = run(*group.split()).out.split("Commands:")[1]
+    assert "..." not in listed
+    assert max(map(len, listed.splitlines())) <= 80
+
+
 @pytest.mark.parametrize("group", GROUPS)
 def test_a_group_with_a_command_that_is_none_is_refused(run, group):
     result = run(group, "nonsense")

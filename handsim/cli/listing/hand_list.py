@@ -12,7 +12,7 @@ _OR = "*"
 
 
 def hands(json: JsonFlag = False) -> None:
-    """List the hands: people's, by size, and robots' that are known by their links' names."""
+    """List the hands: people's by size, robots' by name."""
     from handsim.hand.anthropometry import HAND_BREADTH_RANGE, HAND_LENGTH_RANGE
     from handsim.hand.population import PRESETS as SIZES
     from handsim.robot_hands.presets import PRESETS as ROBOT_HANDS

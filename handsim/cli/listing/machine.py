@@ -15,7 +15,7 @@ def doctor(
     ] = False,
     json: JsonFlag = False,
 ) -> None:
-    """Show versions, GL backends that really render, and the video encoder.
+    """Show versions, GL backends that render, and the video encoder.
 
     Exit code 1 where no backend renders; the table names the command that installs one.
     """

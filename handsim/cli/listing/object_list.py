@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def objects(json: JsonFlag = False) -> None:
-    """List the objects: size, mass, pieces, and the tasks that use them."""
+    """List the objects: size, mass, pieces, and their tasks."""
     from handsim.objects.catalogue import OBJECTS
     from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS
 

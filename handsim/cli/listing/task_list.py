@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def tasks(json: JsonFlag = False) -> None:
-    """List the tasks: what is grasped and how, and what counts as done."""
+    """List the tasks: what is grasped and how, and their rules."""
     from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS
 
     if json:

@@ -33,7 +33,10 @@ def cut(
     ] = 1.0,
     json: JsonFlag = False,
 ) -> None:
-    """Cut the reaches out of continuous recordings: rest, reach, hold, return."""
+    """Cut the reaches out of continuous recordings.
+
+    In them rest, reach, hold and return follow one another.
+    """
     from handsim.errors import InputError
     from handsim.recordings.cutting.cut import cut_out, find_all
     from handsim.recordings.cutting.reach import CutOptions

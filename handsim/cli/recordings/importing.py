@@ -62,7 +62,7 @@ def import_(
     hand_length: Annotated[float | None, typer.Option(help="Of the recorded hand, in m.")] = None,
     hand_breadth: Annotated[float | None, typer.Option(help="Of the recorded hand, in m.")] = None,
 ) -> None:
-    """Turn recordings of a glove, of markers or of keypoints into a folder of CSV files."""
+    """Turn files of gloves, markers or keypoints into recordings."""
     from handsim.cli.defaults import hand_size, said_of
     from handsim.recordings.folder import check_folder_target, write_recordings
     from handsim.recordings.importers.import_files import import_recordings
@@ -119,7 +119,7 @@ def info(
     plot: Annotated[Path | None, typer.Option(help="Picture of all joints to draw, .png.")] = None,
     json: JsonFlag = False,
 ) -> None:
-    """Show what a folder of recordings holds, and whether it can be right."""
+    """Show what recordings hold, and whether it can be right."""
     from handsim.cli.defaults import folder_or_built_in
     from handsim.recordings.contents import summarise
     from handsim.recordings.folder import read_recordings
