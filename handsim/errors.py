@@ -22,21 +22,56 @@ class FileError(InputError):
     """A file or folder is missing, foreign, damaged or of a newer schema."""
 
 
+_FINGERS = {
+    "pinky": "little", "pinkie": "little", "pink": "little", "small": "little", "fifth": "little",
+    "forefinger": "index", "pointer": "index", "pointing": "index", "long": "middle",
+    "annular": "ring", "pollex": "thumb",
+}  # fmt: skip
+"""What else fingers are called; no likeness of letters leads from one name to the other."""
+
+
 class UnknownNameError(InputError, LookupError):
-    """A name is not among the known ones; the message offers the nearest."""
+    """A name is not among the known ones; the message offers the nearest.
 
-    def __init__(self, kind: str, name: str, known: tuple[str, ...]) -> None:
-        from difflib import get_close_matches
+    Parameters
+    ----------
+    kind
+        What the name is of.
+    name
+    known
+        All names that there are.
+    listed_by
+        The command that lists them, if one does.
+    """
 
-        near = get_close_matches(name, known, n=3, cutoff=0.4) or list(known[:3])
-        super().__init__(f"unknown {kind} '{name}'; did you mean {', '.join(near)}?")
+    def __init__(self, kind: str, name: str, known: tuple[str, ...], listed_by: str = "") -> None:
+        near = _nearest(name, known) or list(known[:3])
+        more = f" `{listed_by}` lists all" if listed_by else ""
+        super().__init__(f"unknown {kind} '{name}'; did you mean {', '.join(near)}?{more}")
         self.kind = kind
         self.name = name
         self.known = known
+        self.listed_by = listed_by
 
-    def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...]]]:
+    def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...], str]]:
         """Let it come through from another process."""
-        return type(self), (self.kind, self.name, self.known)
+        return type(self), (self.kind, self.name, self.known, self.listed_by)
+
+
+def _nearest(name: str, known: tuple[str, ...]) -> list[str]:
+    """Return up to three known names that are like a name, or mean the same finger."""
+    import re
+    from difflib import get_close_matches
+
+    def usual(word: re.Match[str]) -> str:
+        return _FINGERS.get(word[0].lower(), word[0])
+
+    meant = re.sub(r"[^\W\d_]+", usual, name)
+    if meant in known:
+        return [meant]
+    ways = ((name, 0.8), (meant, 0.4))  # known names may hold such words themselves
+    found = (get_close_matches(said, known, n=3, cutoff=cutoff) for said, cutoff in ways)
+    return next(filter(None, found), [])
 
 
 class RenderingError(HandsimError, RuntimeError):

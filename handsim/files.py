@@ -46,6 +46,24 @@ def check_target(path: Path) -> None:
             raise _not_writable(path.parent)
 
 
+def check_output_folder(folder: Path) -> None:
+    """Check that files could be written to a folder, which may have to be made in its own.
+
+    Raises
+    ------
+    FileError
+        If it is a file, the folder that it is in does not exist, or may not be written.
+    """
+    with naming(folder):
+        if folder.exists() and not folder.is_dir():
+            raise FileError(f"{folder}: is a file; give the name of a folder")
+        if not folder.parent.is_dir():
+            raise FileError(f"{folder}: folder '{folder.parent}' does not exist; create it first")
+        written = folder if folder.is_dir() else folder.parent
+        if not os.access(written, os.W_OK):
+            raise _not_writable(written)
+
+
 def _not_writable(folder: Path) -> OSError:
     """Return what the system would say, before any work is done for a file there."""
     read_only = os.statvfs(folder).f_flag & os.ST_RDONLY if hasattr(os, "statvfs") else 0

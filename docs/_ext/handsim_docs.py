@@ -18,6 +18,7 @@ from sphinx.util.docutils import SphinxDirective
 
 import handsim
 from handsim.baseline import store as baseline_store
+from handsim.cli.listing.rule_words import rule_in_words
 from handsim.grasping import rollout_file
 from handsim.grasping.planning import plan_store
 from handsim.joints import JOINTS
@@ -27,7 +28,7 @@ from handsim.recordings.glove.calibrate import POSTURES
 from handsim.tasks.grip_rules import MAX_PENETRATION
 from handsim.tasks.rules import TRACE_HEIGHT
 from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASKS
-from handsim.tasks.task import PassRule, Task
+from handsim.tasks.task import Task
 
 PACKAGE = Path(handsim.__file__).parent
 VERSION = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]["version"]
@@ -50,8 +51,8 @@ ROOMS = (
     "learning.transport", "driving", "hand", "arm", "objects", "objects.meshes", "tasks",
     "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
-    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "viewing", "viewing.film", "viewing.figures",
-    "viewing.live", "viewing.opengl", "cli", "cli.recordings",
+    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "viewing", "viewing.film",
+    "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.listing", "cli.recordings",
 )  # fmt: skip
 
 
@@ -159,7 +160,7 @@ def task_table() -> str:
         grasp = f"{task.grasp.kind}, {1000 * task.grasp.width:.0f} mm"
         rows.append(
             f"| {number} | `{task.name}` | {task.object_name} | {grasp} | {_steps(task)} "
-            f"| {in_words(task.rule)} |"
+            f"| {rule_in_words(task)} |"
         )
     return "\n".join(rows)
 
@@ -176,23 +177,6 @@ def _steps(task: Task) -> str:
             parts.append(f"turn {step.angle_deg:g} deg about ({axis})")
         said.append(f"{' and '.join(parts)} in {step.seconds:g} s")
     return "; ".join(said)
-
-
-def in_words(rule: PassRule) -> str:
-    """Return a rule in words, from its fields."""
-    limits = f"slip under {1000 * rule.slip:g} mm, tilt under {rule.tilt_deg:g} deg"
-    if rule.kind == "joint":
-        return f"hinge `{rule.joint}` passes {rule.angle_deg:g} deg; on the table {limits}"
-    height = "never above" if rule.kind == "slide" else "lifted by"
-    lift = f"{height} {1000 * rule.lift:g} mm"
-    held = f" for {rule.hold:g} s" if rule.hold else ""
-    asked = {
-        "carry": "",
-        "turn": f"turned by {rule.angle_deg:g} deg; ",
-        "slide": f"displaced by {1000 * rule.distance:g} mm; ",
-        "trace": f"front end draws {1000 * rule.distance:g} mm; ",
-    }[rule.kind]
-    return f"{asked}{lift}{held}, {limits}"
 
 
 def object_table() -> str:

@@ -8,7 +8,7 @@ import os
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -18,34 +18,34 @@ from handsim.cli import (
     grasping,
     hand,
     learning,
-    machine,
     objects,
     reporting,
     seeing,
     sweeping,
 )
+from handsim.cli.console import help_where_alone
+from handsim.cli.listing import hand_list, machine, object_list, task_list
 from handsim.cli.recordings import importing as recordings
+from handsim.cli.waiting import heard
 from handsim.disk import refused
 from handsim.errors import HandsimError
 
 app = typer.Typer(
     name="handsim",
     help="Human-like grasping learned from recordings, simulated in MuJoCo.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # its imports would take two thirds of the time of --help
 )
-app.add_typer(
-    hand.app, name="hand", help="Build hand models; inspect robot hands.", no_args_is_help=True
-)
-app.add_typer(objects.app, name="object", help="Look at your own things.", no_args_is_help=True)
-app.add_typer(
-    recordings.app, name="recordings", help="Import and inspect recordings.", no_args_is_help=True
-)
-app.add_typer(baseline.app, name="baseline", help="Notice what a change did.", no_args_is_help=True)
+app.add_typer(hand.app, name="hand", help="Build hand models; inspect robot hands.")
+app.add_typer(objects.app, name="object", help="Look at your own things.")
+app.add_typer(recordings.app, name="recordings", help="Import and inspect recordings.")
+app.add_typer(baseline.app, name="baseline", help="Notice what a change did.")
 for command in (
     machine.doctor,
+    task_list.tasks,
+    object_list.objects,
+    hand_list.hands,
     learning.learn,
     learning.evaluate,
     learning.certify,
@@ -60,6 +60,21 @@ for command in (
 ):
     app.command()(command)
 
+
+@app.callback(invoke_without_command=True)
+def _whole(
+    context: typer.Context,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Show versions and exit.", is_eager=True, callback=machine.say_version
+        ),
+    ] = False,
+) -> None:
+    """Human-like grasping learned from recordings, simulated in MuJoCo."""
+    help_where_alone(context)
+
+
 # typer keeps the base class of its usage errors to itself; any of them leads to it.
 _UsageError: type[Exception] = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
@@ -68,8 +83,9 @@ _UsageError: type[Exception] = next(
 
 def main() -> NoReturn:
     """Run the command line and exit with its code."""
+    heard()
     try:
-        code = app(standalone_mode=False)
+        code = app(prog_name="handsim", standalone_mode=False)
     except HandsimError as error:
         sys.exit(_refuse(str(error)))
     except _UsageError as error:

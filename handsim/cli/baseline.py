@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import JsonFlag, check_gl, fraction_done, note, say, say_json, writable
+from handsim.cli.console import JsonFlag, check_gl, help_where_alone, note, say, say_json, writable
+from handsim.cli.waiting import fraction_done, progress
 
 if TYPE_CHECKING:
     from handsim.recordings.recording import RecordingSet
@@ -46,13 +47,11 @@ def record(
 
     writable(baseline, ".npz")
     learned = controller_or_built_in(controller)
-    plans = planning_grasper(controller, Conditions()).known(
-        (*TASKS, PHONE_TODAY_VIEW), Conditions()
-    )
-    with fraction_done("recording") as progress:
-        made = record_baseline(
-            learned, plans, _recordings(controller, recordings), progress=progress
-        )
+    tasks = progress((*TASKS, PHONE_TODAY_VIEW), "reading plans")
+    plans = planning_grasper(controller, Conditions()).known(tasks, Conditions())
+    source = _recordings(controller, recordings)
+    with fraction_done("recording") as done:
+        made = record_baseline(learned, plans, source, progress=done)
     write_baseline(made, baseline)
     if json:
         traces = made.results.traces
@@ -109,12 +108,13 @@ def check(
     kept = read_baseline(path)
     if update is not None:
         updated(kept, kept.results, update)  # refuses an empty reason before the work
+        writable(path)
     learned = controller_or_built_in(controller)
     conditions = Conditions() if friction is None else Conditions(friction=friction)
     source = _recordings(controller, recordings) if kept.relearned else None
-    with fraction_done("checking") as progress:
+    with fraction_done("checking") as done:
         report, results = check_baseline(
-            kept, learned, source, conditions, tolerances, ignore_inputs, progress
+            kept, learned, source, conditions, tolerances, ignore_inputs, done
         )
     if html is not None:
         from handsim.baseline.html_page import write_page
@@ -143,6 +143,7 @@ def _recordings(controller: Path | None, folder: Path | None) -> "RecordingSet |
     return recordings_or_built_in(folder, learned=controller_or_built_in(controller))
 
 
-@app.callback()
-def _group() -> None:
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
     """Keep what a controller does, and check it again."""
+    help_where_alone(context)

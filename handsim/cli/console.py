@@ -3,21 +3,25 @@
 import json
 import math
 import os
+import shutil
 import sys
-from collections.abc import Generator, Iterable, Iterator, Sequence
+import textwrap
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
+from typing import Annotated, Any, cast
 
 import typer
 
-if TYPE_CHECKING:
-    from handsim.types import Progress
-
-T = TypeVar("T")
+from handsim.cli.waiting import heard, in_time
 
 MAX_JOBS = 256
 """Largest number of processes; each takes 200 MB."""
+
+MAX_TRIALS = 100_000
+"""Largest number of perturbed trials of a task: a day of one processor."""
+SECONDS_A_RUN = 1.0
+"""What a run takes on a processor [s]; 0.8 to 1 with `handsim grasp demonstrator --trials 8`."""
 
 JsonFlag = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Folder = Annotated[
@@ -36,6 +40,12 @@ Accept = Annotated[
 ]
 
 
+def help_where_alone(context: typer.Context) -> None:
+    """Show the help of a group of commands where none of them is named."""
+    if context.invoked_subcommand is None:
+        say(context.get_help())
+
+
 def say(text: str) -> None:
     """Write a line of results."""
     with _output():
@@ -43,10 +53,36 @@ def say(text: str) -> None:
         sys.stdout.flush()
 
 
+def say_wrapped(text: str, indent: int = 0, first: str | None = None) -> None:
+    """Write a paragraph of results, in lines no longer than the terminal or 100 characters.
+
+    Parameters
+    ----------
+    text
+    indent
+        Spaces before each line.
+    first
+        What stands before the first line instead, ``indent`` characters long.
+    """
+    width = min(shutil.get_terminal_size().columns, 100)
+    margin = " " * indent
+    start = margin if first is None else first
+    lines = textwrap.wrap(
+        text,
+        width,
+        initial_indent=start,
+        subsequent_indent=margin,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    say("\n".join(lines))
+
+
 def note(text: str) -> None:
     """Write a line about the work to standard error; where that is closed, it is dropped."""
     with suppress(OSError):
         sys.stderr.write(text + "\n")
+    heard()
 
 
 def say_json(value: Any) -> None:
@@ -89,6 +125,7 @@ def _output() -> Generator[None, None, None]:
 
     try:
         yield
+        heard()
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -98,31 +135,6 @@ def _output() -> Generator[None, None, None]:
             f"standard output: cannot be written ({error.strerror}); free some space where it "
             "leads, or lead it elsewhere"
         ) from error
-
-
-def progress(items: Sequence[T], label: str) -> Iterator[T]:
-    """Iterate with a progress bar on standard error where that is a terminal."""
-    if len(items) < 2 or not sys.stderr.isatty():
-        yield from items
-        return
-    from rich.console import Console
-    from rich.progress import track
-
-    yield from track(items, description=label, console=Console(stderr=True), transient=True)
-
-
-@contextmanager
-def fraction_done(label: str) -> "Generator[Progress | None, None, None]":
-    """Give a function that draws the fraction done as a bar; None where there is no terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=1.0)
-        yield lambda fraction: bar.update(task, completed=fraction)
 
 
 def check_gl(*, draws: bool = False) -> None:
@@ -150,6 +162,24 @@ def check_gl(*, draws: bool = False) -> None:
         check_import()
 
 
+def check_trials(trials: int, jobs: int) -> None:
+    """Check that trials can be waited for, and say how long they would take where not.
+
+    Raises
+    ------
+    InputError
+        If there are more than `MAX_TRIALS`.
+    """
+    from handsim.errors import InputError
+
+    if trials > MAX_TRIALS:
+        seconds = SECONDS_A_RUN * trials / jobs
+        raise InputError(
+            f"--trials {trials}: about {in_time(seconds)} a task, at {SECONDS_A_RUN:g} s a run in "
+            f"{jobs} process{'es' * (jobs > 1)}; {MAX_TRIALS} are the most, ask for fewer"
+        )
+
+
 def writable(path: Path, *suffixes: str) -> Path:
     """Check before the work begins that a result can be written to ``path``.
 
@@ -165,3 +195,16 @@ def writable(path: Path, *suffixes: str) -> Path:
         raise InputError(f"{path}: suffix '{path.suffix}' is not one of {', '.join(suffixes)}")
     check_target(path)
     return path
+
+
+def writable_folder(folder: Path) -> None:
+    """Check before the work begins that results can be written to ``folder``.
+
+    Raises
+    ------
+    FileError
+        As `handsim.files.check_output_folder`.
+    """
+    from handsim.files import check_output_folder
+
+    check_output_folder(folder)

@@ -1,23 +1,19 @@
 """Controllers, recordings and plans that commands use where none are named."""
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
-from handsim.learning.controller import GraspController
-from handsim.learning.demonstration import demonstrations_of
-from handsim.recordings.folder import read_recordings, stored_notes
-from handsim.recordings.plausibility import check_plausible, lines_of
-from handsim.recordings.recording import RecordingSet
 from handsim.types import MEDIAN_HAND, Array, HandSize, Side
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.planning.grasper import ControllerGrasper
+    from handsim.learning.controller import GraspController
+    from handsim.recordings.recording import RecordingSet
 
 
 MOST_NOTES = 5
@@ -27,8 +23,8 @@ MOST_NOTES = 5
 def recordings_or_built_in(
     folder: Path | None,
     accept: Sequence[str] | None = None,
-    learned: GraspController | None = None,
-) -> RecordingSet:
+    learned: "GraspController | None" = None,
+) -> "RecordingSet":
     """Read recordings that can be what they say; by default the built-in synthetic experiments.
 
     What was done to them and what is unlikely about them is said on standard error.
@@ -46,7 +42,10 @@ def recordings_or_built_in(
     ImplausibleError
         If they cannot be.
     """
-    from handsim.cli.console import fraction_done, note
+    from handsim.cli.console import note
+    from handsim.cli.waiting import fraction_done
+    from handsim.recordings.folder import read_recordings, stored_notes
+    from handsim.recordings.plausibility import check_plausible, lines_of
 
     with fraction_done("reading") as progress:
         recordings = read_recordings(folder_or_built_in(folder), progress)
@@ -67,7 +66,7 @@ def folder_or_built_in(folder: Path | None) -> Path:
     return folder or data_folder("assets") / "experiments"
 
 
-def said_of(recordings: RecordingSet, known: frozenset[str] = frozenset()) -> list[str]:
+def said_of(recordings: "RecordingSet", known: frozenset[str] = frozenset()) -> list[str]:
     """Return what was done to recordings, a line for each thing done.
 
     Parameters
@@ -90,8 +89,10 @@ def said_of(recordings: RecordingSet, known: frozenset[str] = frozenset()) -> li
     return lines
 
 
-def controller_or_built_in(path: Path | None) -> GraspController:
+def controller_or_built_in(path: Path | None) -> "GraspController":
     """Load a controller; by default the one learned from the built-in experiments."""
+    from handsim.learning.controller import GraspController
+
     return GraspController.load(path or data_folder("assets") / "controller.npz")
 
 
@@ -120,13 +121,31 @@ def planning_grasper(
     learned = controller_or_built_in(path)
     own = plan_store(plan_folder(path), learned.digest, conditions)
     shared = () if path is None else (shipped_plans(learned.digest, conditions),)
+    if not replay and not any(store.path.is_file() for store in (own, *shared)):
+        _say_if_unkept(own.path.parent)
     built_in = learned if path is None else controller_or_built_in(None)
     hint = shipped_plans(built_in.digest, conditions)
     mode = "replay" if replay else "plan"
     return ControllerGrasper(learned, mode, own, (hint,), shared, note)
 
 
-def planned_destinations(learned: GraspController, path: Path | None) -> Array | None:
+@cache
+def _say_if_unkept(folder: Path) -> None:
+    """Say once, before plans are made, that they cannot be kept in a folder.
+
+    They are used all the same, and made again by the next command.
+    """
+    from handsim.cli.console import note
+    from handsim.errors import FileError
+    from handsim.files import check_output_folder
+
+    try:
+        check_output_folder(folder)
+    except FileError as error:
+        note(f"plans that are made now are used, but not kept: {error}")
+
+
+def planned_destinations(learned: "GraspController", path: Path | None) -> Array | None:
     """Return the destinations (m, n) [rad] of the plans stored for a controller, None if none."""
     import numpy as np
 
@@ -190,9 +209,13 @@ def grasper_without(
 
 
 def _check_learned_from(
-    learned: GraspController, recordings: RecordingSet, path: Path | None, folder: Path | None
+    learned: "GraspController", recordings: "RecordingSet", path: Path | None, folder: Path | None
 ) -> None:
     """Compare the postures at both ends of the recordings with those that a controller keeps."""
+    import numpy as np
+
+    from handsim.learning.demonstration import demonstrations_of
+
     given = demonstrations_of(recordings, learned.subspace)
     kept = learned.demonstrations
     same = len(given) == len(kept) and all(

@@ -6,16 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from handsim.cli.console import (
-    ControllerFile,
-    JsonFlag,
-    check_gl,
-    fraction_done,
-    note,
-    say,
-    say_json,
-    writable,
-)
+from handsim.cli.console import ControllerFile, JsonFlag, check_gl, note, say, say_json, writable
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.driving.replay import Driven

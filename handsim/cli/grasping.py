@@ -12,18 +12,14 @@ from handsim.cli.console import (
     MAX_JOBS,
     JsonFlag,
     check_gl,
-    fraction_done,
+    check_trials,
     note,
     say,
     say_json,
     say_table,
+    writable_folder,
 )
-from handsim.cli.hand import (
-    person_beside,
-    robot_as_dict,
-    robot_grasper,
-    robot_that_grasps,
-)
+from handsim.cli.hand import person_beside, robot_as_dict, robot_grasper, robot_that_grasps
 from handsim.cli.objects import (
     MassOption,
     PiecesOption,
@@ -35,8 +31,10 @@ from handsim.cli.objects import (
     grasp_as_dict,
     say_assumed,
 )
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
+    from handsim.errors import FileError
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.judging.protocols import RunVerdict, TaskVerdict
     from handsim.grasping.planning.grasper import ControllerGrasper, Grasper
@@ -113,7 +111,10 @@ def grasp(
     json: JsonFlag = False,
 ) -> None:
     """Grasp in physics and judge the outcome."""
+    check_trials(trials, jobs or 1)
     check_gl()
+    if output is not None:
+        writable_folder(output)
 
     from handsim.cli.defaults import hand_size
     from handsim.grasping.judging.protocols import TaskVerdict, judge_runs, summarise
@@ -123,12 +124,8 @@ def grasp(
     conditions = _conditions(hand_size(hand_length, hand_breadth, side), base, seed, friction)
     given: dict[str, object] = {"--up": up, "--scale": scale, "--mass": mass, "--pieces": pieces}
     _check_what(task, own, given, leave_out, replay=replay)
-    robot = (
-        None
-        if hand is None
-        else robot_that_grasps(hand, name=controller, own=own, protocol=protocol, replay=replay)
-    )
-    said: dict[str, Any] = _left_out(leave_out)
+    robot = robot_that_grasps(hand, name=controller, own=own, protocol=protocol, replay=replay)
+    said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}
     if own is None:
         tasks = _tasks(task or "", leave_out)
         if robot is None:
@@ -141,7 +138,8 @@ def grasp(
             said |= robot_as_dict(robot, hand)
         _make(output)
     else:
-        thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)
+        with fraction_done("reading"):
+            thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)
         say_assumed(thing)
         planning = None if controller == DEMONSTRATOR else _planning(controller, conditions)
         _make(output)
@@ -152,7 +150,8 @@ def grasp(
     judged = judge_runs(
         grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs or 1
     )
-    runs = _kept(judged, output, len(tasks) * (1 + trials))
+    unwritten: list[FileError] = []
+    runs = _kept(judged, output, len(tasks) * (1 + trials), unwritten)
     results = [
         TaskVerdict(each, tuple(run for _, run in of_task))
         for each, of_task in groupby(runs, key=lambda pair: pair[0])
@@ -163,6 +162,8 @@ def grasp(
         say_json(summarise(results, perf_counter() - started) | said)
     else:
         _show(results)
+    if unwritten:
+        raise unwritten[0]
     if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
 
@@ -186,7 +187,10 @@ def _check_what(
 
     if (task is None) == (own is None):
         asked = "neither is given" if task is None else "both are given"
-        raise InputError(f"--task names a task of Table I, --object a file: {asked}; give one")
+        raise InputError(
+            f"--task names a task of Table I, --object a file: {asked}; give one "
+            "(`handsim tasks` lists the tasks)"
+        )
     if own is None:
         if extra := [name for name, value in given.items() if value is not None]:
             raise InputError(f"{extra[0]} is about an own object; give its file with --object")
@@ -263,23 +267,28 @@ def _grasper(
 
 
 def _kept(
-    judged: "Iterator[tuple[Task, RunVerdict, Rollout]]", folder: Path | None, n_runs: int
+    judged: "Iterator[tuple[Task, RunVerdict, Rollout]]",
+    folder: Path | None,
+    n_runs: int,
+    unwritten: "list[FileError]",
 ) -> "Iterator[tuple[Task, RunVerdict]]":
-    """Write each run's rollout, if asked to, say how far it is, and pass on the judgement."""
+    """Write each run's rollout, if asked to, say how far it is, and pass on the judgement.
+
+    Where one cannot be written, no further one is, and the error is put into ``unwritten``.
+    """
+    from handsim.errors import FileError
     from handsim.grasping.rollout_file import write_rollout
 
     with fraction_done("grasping") as done:
         for number, (task, run, rollout) in enumerate(judged, start=1):
-            if folder is not None:
+            if folder is not None and not unwritten:
                 suffix = "" if run.conditions.nominal else f"-{run.conditions.seed}"
-                write_rollout(rollout, folder / f"{task.name}{suffix}.npz")
-            if done:
-                done(number / n_runs)
+                try:
+                    write_rollout(rollout, folder / f"{task.name}{suffix}.npz")
+                except FileError as error:
+                    unwritten.append(error)
+            done(number / n_runs)
             yield task, run
-
-
-def _left_out(name: str | None) -> dict[str, str]:
-    return {} if name is None else {"left_out": name}
 
 
 def _show(results: "list[TaskVerdict]") -> None:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from handsim.cli.console import check_gl, note, say, writable
+from handsim.cli.console import check_gl, help_where_alone, note, say, writable, writable_folder
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -25,13 +26,17 @@ def build(
     side: Annotated[Literal["right", "left"], typer.Option(help="Which hand.")] = "right",
 ) -> None:
     """Write the hand as MJCF that plain MuJoCo loads."""
+    if output.exists() or output.parent.exists():  # folders above it are made, too
+        writable_folder(output)
     check_gl()
 
     from handsim.cli.defaults import hand_size
     from handsim.hand.export import write_hand
 
     size = hand_size(hand_length, hand_breadth, side)
-    note(f"wrote {write_hand(size, output)}")
+    with fraction_done("building"):
+        written = write_hand(size, output)
+    note(f"wrote {written}")
 
 
 @app.command()
@@ -47,7 +52,10 @@ def inspect(
         typer.Option("--folder", help="Folder of package:// meshes; may be repeated."),
     ] = None,
 ) -> None:
-    """Read a robot hand, propose where palm and fingertips are, and draw it to be confirmed."""
+    """Read a robot hand, and draw where palm and fingertips seem to be.
+
+    A .toml beside the picture holds the same, to be corrected and given by --map.
+    """
     writable(output, ".png")
     check_gl(draws=True)
 
@@ -57,8 +65,10 @@ def inspect(
     from handsim.viewing.film.video import write_image
     from handsim.viewing.robot_hand_sheet import robot_hand_sheet
 
-    robot = RobotHand(file, frames=map_, folders=folder or ())
-    picture = robot_hand_sheet(robot)
+    with fraction_done("reading"):
+        robot = RobotHand(file, frames=map_, folders=folder or ())
+    with fraction_done("drawing"):
+        picture = robot_hand_sheet(robot)
     proposal = output.with_suffix(".toml")
     kept = map_ is not None or proposal.exists()
     if not kept:
@@ -76,15 +86,19 @@ def inspect(
         note(f"wrote {proposal}; correct it where the picture is wrong, and give it by --map")
 
 
-@app.callback()
-def _group() -> None:
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
     """Build hand models; inspect robot hands."""
+    help_where_alone(context)
 
 
 def robot_that_grasps(
-    file: Path, *, name: str | None, own: Path | None, protocol: str, replay: bool
-) -> "RobotHand":
-    """Read a robot hand, if it can do what is asked for, and say what was mended."""
+    file: Path | None, *, name: str | None, own: Path | None, protocol: str, replay: bool
+) -> "RobotHand | None":
+    """Read a robot hand, if one is asked for and can do the rest, and say what was mended."""
+    if file is None:
+        return None
+
     from handsim.errors import InputError
     from handsim.grasping.sweep.spec import DEMONSTRATOR
     from handsim.retargeting.robot_hand import RobotHand
@@ -98,7 +112,7 @@ def robot_that_grasps(
     for reason in (reason for reason, asked in refused.items() if asked):
         raise InputError(f"{reason}, --hand names a robot's; drop one of the two")
     robot = RobotHand(file)
-    for line in robot.notes:
+    for line in (*robot.notes, "the hand flies: a free base moves it with a force no arm has"):
         note(line)
     return robot
 

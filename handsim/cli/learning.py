@@ -12,13 +12,13 @@ from handsim.cli.console import (
     ControllerFile,
     Folder,
     JsonFlag,
-    fraction_done,
     note,
     say,
     say_json,
     say_table,
     writable,
 )
+from handsim.cli.waiting import fraction_done
 
 
 def learn(
@@ -81,8 +81,9 @@ def learn(
 
 
 def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:
-    """Prove that every start arrives at every recorded destination, or show where it fails.
+    """Prove that every start arrives, or show where one does not.
 
+    Destinations are those of the recordings and of the plans beside the controller.
     Exit code 1 where there is no proof.
     """
     from handsim.cli.defaults import controller_or_built_in, planned_destinations
@@ -132,7 +133,8 @@ def evaluate(
             again = partial(learn_like, learned)
             found = scores.leave_one_out(recordings, again, progress, not object_unknown)
     else:
-        found = scores.evaluate(learned, recordings, not object_unknown)
+        with fraction_done("evaluating") as progress:
+            found = scores.evaluate(learned, recordings, not object_unknown, progress)
     result = found.as_dict()
     if json:
         say_json(result)

@@ -9,13 +9,14 @@ import typer
 from handsim.cli.console import (
     JsonFlag,
     check_gl,
-    fraction_done,
+    help_where_alone,
     note,
     say,
     say_json,
     say_table,
     writable,
 )
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -53,14 +54,18 @@ def check(
     ] = None,
     json: JsonFlag = False,
 ) -> None:
-    """Say whether a mesh can be grasped: closed or mended, its pieces, mass and ways to rest."""
+    """Say whether a mesh can be grasped, and how it would lie.
+
+    It is closed or mended; its pieces, mass and ways to rest are shown.
+    """
     if output is not None:
         writable(output, ".png")
     check_gl(draws=output is not None)
 
     from handsim.objects.mesh_import import read_object
 
-    own = read_object(file, mass=mass, scale=scale, up=up, pieces=pieces)
+    with fraction_done("reading"):
+        own = read_object(file, mass=mass, scale=scale, up=up, pieces=pieces)
     if output is not None:
         _draw(own, output)
     if json:
@@ -115,12 +120,13 @@ def _show(own: "OwnObject") -> None:
 def _draw(own: "OwnObject", output: Path) -> None:
     from handsim.viewing.opengl.backend import choose_backend
 
-    choose_backend()
+    with fraction_done("drawing"):
+        choose_backend()
 
-    from handsim.viewing.film.video import write_image
-    from handsim.viewing.resting_sheet import resting_sheet
+        from handsim.viewing.film.video import write_image
+        from handsim.viewing.resting_sheet import resting_sheet
 
-    write_image(resting_sheet(own), output)
+        write_image(resting_sheet(own), output)
     note(f"wrote {max(1, len(own.resting))} pictures to {output}")
 
 
@@ -197,6 +203,7 @@ def grasp_as_dict(chosen: "OwnGrasp") -> dict[str, Any]:
     }
 
 
-@app.callback()
-def _group() -> None:
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
     """Look at own objects."""
+    help_where_alone(context)

@@ -7,16 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import (
-    Accept,
-    ControllerFile,
-    Folder,
-    check_gl,
-    fraction_done,
-    note,
-    progress,
-    writable,
-)
+from handsim.cli.console import Accept, ControllerFile, Folder, check_gl, note, writable
+from handsim.cli.waiting import fraction_done, progress
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -34,7 +26,7 @@ def report(
     ] = "planned",
     accept: Accept = None,
 ) -> None:
-    """Write one self-contained page: data, subspace, learning, proof, scores, grasps on video.
+    """Write one page: data, learning, proof, scores and grasps.
 
     Grasped are the tasks whose plans are stored beside the controller, unless others are named;
     those are planned first, which takes minutes each.
@@ -66,9 +58,10 @@ def view(
     host: Annotated[str, typer.Option(help="Address that serves the page.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Its port.")] = 8080,
 ) -> None:
-    """Move the hand by its principal components and watch grasps, until interrupted.
+    """Move the hand by its principal components and watch grasps.
 
-    MuJoCo's own viewer where there is a display, a web page where there is none.
+    MuJoCo's own viewer where there is a display, a web page where there is none, until
+    interrupted.
     """
     check_gl()
 
@@ -111,7 +104,7 @@ def _grasps(controller: Path | None, tasks: str) -> "list[Rollout]":
     conditions = Conditions()
     grasper = planning_grasper(controller, conditions)
     if tasks == "planned":
-        planned = grasper.known(TASKS, conditions)
+        planned = grasper.known(progress(TASKS, "reading plans"), conditions)
         chosen = [task for task in TASKS if task.name in planned]
         if not chosen:
             note("no plans are stored beside the controller; `handsim grasp` makes them")

@@ -10,10 +10,11 @@ from handsim.cli.console import (
     ControllerFile,
     Folder,
     check_gl,
-    fraction_done,
     note,
     writable,
+    writable_folder,
 )
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.viewing.film.clips import Clip
@@ -36,7 +37,10 @@ def render(
     postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
     plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,
 ) -> None:
-    """Render movements in true time; a .png of one movement becomes its contact sheet."""
+    """Render movements in true time, as a video or as pictures.
+
+    A .png of one movement becomes its contact sheet.
+    """
     writable(output, ".mp4", ".gif", ".png")
     check_gl(draws=True)
 
@@ -63,7 +67,8 @@ def figures(
     folder: Folder = None,
     accept: Accept = None,
 ) -> None:
-    """Draw the counterparts of the paper's figures, each as PNG and SVG."""
+    """Draw the counterparts of the paper's figures as PNG and SVG."""
+    writable_folder(output)
     check_gl(draws=True)
 
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in

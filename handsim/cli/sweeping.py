@@ -9,16 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from handsim.cli.console import (
-    MAX_JOBS,
-    JsonFlag,
-    check_gl,
-    fraction_done,
-    note,
-    say,
-    say_json,
-    writable,
-)
+from handsim.cli.console import MAX_JOBS, JsonFlag, check_gl, note, say, say_json, writable
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -40,7 +32,7 @@ def sweep(
     ] = None,
     json: JsonFlag = False,
 ) -> None:
-    """Grasp with tasks, controllers, hands and conditions in all combinations.
+    """Grasp in all combinations of tasks, hands and conditions.
 
     A table that is there already is gone on with. SWEEP.toml holds tasks
     (names, or "all") and, where the usual will not do, controllers (built-in,
@@ -59,11 +51,12 @@ def sweep(
 
     if jobs is not None and dask is not None:
         raise InputError("--jobs and --dask exclude each other; the cluster decides how many")
-    spec = read_sweep(file)
     writable(output, ".csv")
-    sources = {name: _source(name, file) for name in spec.controllers}
-    check_plans(spec, sources)
-    key = sweeping.sweep_key(spec, sources)
+    spec = read_sweep(file)
+    with fraction_done("reading"):
+        sources = {name: _source(name, file) for name in spec.controllers}
+        check_plans(spec, sources)
+        key = sweeping.sweep_key(spec, sources)
     started = perf_counter()
     with (
         _pool(jobs, dask) as pool,

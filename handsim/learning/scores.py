@@ -83,7 +83,10 @@ class Scores(Result):
 
 
 def evaluate(
-    controller: GraspController, recordings: RecordingSet, object_known: bool = True
+    controller: GraspController,
+    recordings: RecordingSet,
+    object_known: bool = True,
+    progress: Progress | None = None,
 ) -> Scores:
     """Compare roll-outs with recordings, from the same starts to the same destinations.
 
@@ -93,13 +96,16 @@ def evaluate(
     recordings
     object_known
         Whether the controller is told which object each recording is about.
+    progress
+        Called with the fraction done.
     """
     paths = [controller.subspace.transform(r.q) for r in recordings]
     repeats = _repeatabilities(recordings, paths)
-    rows = [
-        _row(controller, recording, path, repeat, object_known)
-        for recording, path, repeat in zip(recordings, paths, repeats, strict=True)
-    ]
+    rows: list[dict[str, Any]] = []
+    for recording, path, repeat in zip(recordings, paths, repeats, strict=True):
+        rows.append(_row(controller, recording, path, repeat, object_known))
+        if progress:
+            progress(len(rows) / len(recordings))
     return _summarise(rows, variance_explained(controller, recordings), object_known)
 
 

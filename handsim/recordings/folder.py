@@ -17,6 +17,7 @@ import numpy as np
 
 from handsim.disk import naming
 from handsim.errors import FileError, InputError
+from handsim.files import check_output_folder
 from handsim.recordings.delimited import read_table
 from handsim.recordings.gaps import bridge_joints
 from handsim.recordings.posture_file import (
@@ -144,6 +145,7 @@ def check_folder_target(folder: Path) -> None:
     """
     if not folder.parent.is_dir():
         raise FileError(f"{folder}: folder '{folder.parent}' does not exist; create it first")
+    check_output_folder(folder.parent)  # where it is written under another name, and renamed
     if folder.exists():
         _check_replaceable(folder)
 

@@ -1,7 +1,6 @@
 """Short gaps in recordings, bridged and said so; long ones are left."""
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from handsim.joints import JOINT_NAMES
 from handsim.types import Array, Mask
@@ -35,6 +34,8 @@ def bridge(time: Array, values: Array, longest: float) -> tuple[Array, Mask]:
         known = np.flatnonzero(np.isfinite(column))
         if known.size < 2 or known.size == len(column):
             continue
+        from scipy.interpolate import PchipInterpolator  # takes long, and gaps are rare
+
         curve = PchipInterpolator(time[known], column[known], extrapolate=False)
         for start, stop in _gaps(~np.isfinite(column)):
             before, after = start - 1, stop

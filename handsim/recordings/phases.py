@@ -8,7 +8,6 @@ largest distance reached.
 """
 
 import numpy as np
-from scipy import signal
 
 from handsim.errors import InputError
 from handsim.recordings.recording import MIN_FRAMES
@@ -50,6 +49,8 @@ def low_pass(q: Array, rate: float = RATE, cutoff: float = CUTOFF) -> Array:
     q : (n, d), n at least 10
     rate, cutoff : [Hz]
     """
+    from scipy import signal  # takes half a second, and not all who read recordings filter them
+
     sections = signal.butter(2, cutoff, fs=rate, output="sos")
     padding = min(len(q) - 1, int(rate / cutoff))
     return np.asarray(signal.sosfiltfilt(sections, q, axis=0, padlen=padding))

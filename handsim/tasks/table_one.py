@@ -217,4 +217,4 @@ def task_by_name(name: str) -> Task:
     for task in (*TASKS, PHONE_TODAY_VIEW):
         if task.name == name:
             return task
-    raise UnknownNameError("task", name, TASK_NAMES)
+    raise UnknownNameError("task", name, TASK_NAMES, "handsim tasks")

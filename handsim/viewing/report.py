@@ -82,7 +82,9 @@ def write_report(
         if progress:
             progress(steps / n_steps)
 
-    scores, proof = evaluate(controller, recordings).as_dict(), certify(controller).as_dict()
+    found = evaluate(controller, recordings, progress=lambda fraction: done(0.5 * fraction))
+    proved = certify(controller, progress=lambda fraction: done(0.5 + 0.5 * fraction))
+    scores, proof = found.as_dict(), proved.as_dict()
     done(1)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

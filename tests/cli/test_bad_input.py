@@ -111,6 +111,12 @@ def test_unknown_names_offer_the_nearest(refused, tmp_path):
     assert "cube-raise" in refused("postures", "--task", "cube-rase", "-o", tmp_path / "p.csv")
 
 
+def test_who_names_no_task_is_told_where_they_are(refused):
+    assert "neither is given" in refused("grasp")
+    for asked in ((), ("--task", "cube-rase")):
+        assert "`handsim tasks` lists" in refused("grasp", *asked)
+
+
 def test_outputs_that_cannot_be_written_are_refused_before_the_work(refused, tmp_path):
     assert "no" in refused("learn", "-o", tmp_path / "no" / "c.npz")
     assert ".txt" in refused("learn", "-o", tmp_path / "c.txt")

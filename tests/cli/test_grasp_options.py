@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from handsim.cli import defaults
+from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions, made_hard
+from handsim.grasping.judging import protocols
 from handsim.grasping.judging.six_axis import six_axis
 from handsim.grasping.planning import grasper as grasping
 from handsim.grasping.planning.plan_store import PlanStore
@@ -39,6 +41,19 @@ def planned(monkeypatch):
 
     monkeypatch.setattr(grasping, "plan_grasp", quickly)
     return controllers
+
+
+@pytest.fixture
+def begun(monkeypatch):
+    """Numbers of trials that were begun; none is run."""
+    numbers = []
+
+    def judged(grasp, tasks, conditions, n_trials, **options):
+        numbers.append(n_trials)
+        raise InputError("begun")
+
+    monkeypatch.setattr(protocols, "judge_runs", judged)
+    return numbers
 
 
 def test_six_axis_decides_and_the_hard_setting_is_told(run, tmp_path):
@@ -167,6 +182,29 @@ def test_what_makes_no_sense_is_refused_in_one_line(run, options, words):
     assert result.err.count("\n") == 1
     for word in words:
         assert word in result.err
+
+
+@pytest.mark.parametrize(
+    ("options", "time"),
+    [
+        (("--trials", 10_000_000_000), "317 years a task, at 1 s a run in 1 process;"),
+        (("--trials", 864_000, "--jobs", 2), "5 days a task, at 1 s a run in 2 processes;"),
+        (("--trials", 100_001), "28 h a task"),
+    ],
+)
+def test_more_trials_than_can_be_waited_for_are_refused(run, begun, tmp_path, options, time):
+    folder = tmp_path / "runs"
+    result = run("grasp", "demonstrator", "--task", "cube-raise", *options, "-o", folder)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.count("\n") == 1
+    assert f"--trials {options[1]}: about {time}" in result.err
+    assert "100000 are the most" in result.err
+    assert (begun, folder.exists()) == ([], False)
+
+
+def test_as_many_trials_as_are_allowed_are_begun(run, begun):
+    assert run("grasp", "demonstrator", "--task", "cube-raise", "--trials", 100_000).code == 2
+    assert begun == [100_000]
 
 
 def test_a_controller_of_other_recordings_is_refused(run, tmp_path):

@@ -120,8 +120,10 @@ def test_where_plans_cannot_be_kept_they_are_used_and_that_is_said(run, tmp_path
     assert said.code == 0
     assert len(said.json()["per_trial"]) == 3
     assert planned == [TASK]
-    assert said.err.startswith(f"plan of {TASK} is used, but could not be kept: {tmp_path}")
-    assert said.err.count("\n") == 1
+    before, after = said.err.splitlines()
+    assert before.startswith("plans that are made now are used, but not kept: ")
+    assert before.endswith(f"{tmp_path / 'c.plans'}: is a file; give the name of a folder")
+    assert after.startswith(f"plan of {TASK} is used, but could not be kept: {tmp_path}")
     (tmp_path / "s.toml").write_text(f'tasks = ["{TASK}"]\ncontrollers = ["c.npz"]\n')
     swept = run("sweep", tmp_path / "s.toml", "-o", tmp_path / "r.csv", "--jobs", 1, "--json")
     assert swept.json()["runs"] == 1

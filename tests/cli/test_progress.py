@@ -1,17 +1,19 @@
-"""What takes long says how far it is: on a terminal, and nowhere else."""
+"""What takes long says how far it is: by a bar on a terminal, by a line now and then elsewhere."""
 
 import os
 import subprocess
 import sys
 import threading
+import time
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from handsim.cli import grasping
-from handsim.cli.console import fraction_done, progress
+from handsim.cli import grasping, waiting
+from handsim.cli.console import note
+from handsim.cli.waiting import fraction_done, how_far, in_time, progress
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 
@@ -63,7 +65,7 @@ SAMPLED = [
 def test_a_terminal_shows_a_bar(label: str, tmp_path: Path) -> None:
     said = on_terminal(tmp_path, *COMMANDS[label])
     assert label in said
-    assert "%" in said
+    assert "so far" in said
     assert "\x1b[" in said
 
 
@@ -72,24 +74,93 @@ def test_a_pipe_gets_none(label: str, run, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     result = run(*COMMANDS[label])
     assert result.code in (0, 1)
-    assert label not in result.err
+    for line in result.err.splitlines():
+        assert not line.startswith(label) or "so far" in line
     for mark in ("\x1b", "\r", "%  "):
         assert mark not in result.err
 
 
-def test_a_bar_is_drawn_over_several_items_only_where_someone_looks(monkeypatch, capsys) -> None:
+def test_a_bar_is_drawn_only_where_someone_looks(monkeypatch, capsys) -> None:
+    waiting.heard()
     assert list(progress([1, 2, 3], "counting")) == [1, 2, 3]
     with fraction_done("counting") as done:
-        assert done is None
+        done(0.5)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with fraction_done("counting") as done:
-        assert done is not None
         done(0.5)
     assert list(progress([1, 2, 3], "walking")) == [1, 2, 3]
     said = capsys.readouterr().err
     assert "counting" in said
     assert "walking" in said
+
+
+def test_a_line_breaks_a_silence_elsewhere(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(waiting, "LONGEST_SILENCE", 0.2)
+    waiting.heard()
+    with fraction_done("waiting") as done:
+        time.sleep(0.3)
+        done(0.5)
+        time.sleep(0.2)
+        for _ in range(5):
+            note("said by somebody else")
+            time.sleep(0.1)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[:2] == ["waiting: 0 s so far", "waiting: 50 %, 0 s so far, about 0 s left"]
+    assert set(lines[2:]) == {"said by somebody else"}
+
+
+def test_the_line_comes_to_a_silence_that_began_before(monkeypatch, capsys) -> None:
+    """Imports take a while, too, before the work that has a bar begins."""
+    monkeypatch.setattr(waiting, "LONGEST_SILENCE", 0.3)
+    waiting.heard()
+    time.sleep(0.25)
+    with fraction_done("waiting"):
+        time.sleep(0.15)
+    assert capsys.readouterr().err == "waiting: 0 s so far\n"
+
+
+def test_what_is_interrupted_stops_speaking(capsys) -> None:
+    before = threading.active_count()
+    with pytest.raises(KeyboardInterrupt), fraction_done("waiting"):
+        assert threading.active_count() == before + 1
+        raise KeyboardInterrupt
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize(
+    ("fraction", "elapsed", "said"),
+    [
+        (0.0, 59.6, "60 s so far"),
+        (0.25, 30.0, "25 %, 30 s so far, about 90 s left"),
+        (0.01, 60.0, "1 %, 60 s so far, about 99 min left"),
+        (1.0, 7.0, "100 %, 7 s so far, about 0 s left"),
+    ],
+)
+def test_how_far_is_said_with_an_estimate(fraction: float, elapsed: float, said: str) -> None:
+    assert how_far(fraction, elapsed) == said
+
+
+def test_times_have_the_unit_that_suits_them() -> None:
+    said = [in_time(seconds) for seconds in (119.0, 120.0, 7200.0, 2 * 86400.0, 1e11)]
+    assert said == ["119 s", "2 min", "2 h", "2 days", "3,171 years"]
+
+
+SILENT = {
+    "building": ("hand", "build", "-o", "hand"),
+    "evaluating": ("evaluate",),
+    "importing": ("recordings", "import", POSTURES.parent, "--format", "handsim", "-o", "made"),
+    "drawing": ("recordings", "info", "--plot", "p.png"),
+}
+
+
+@pytest.mark.parametrize("label", SILENT)
+def test_what_takes_over_two_seconds_is_not_silent(label, run, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(waiting, "LONGEST_SILENCE", 0.01)
+    result = run(*SILENT[label])
+    assert result.code == 0, result.err
+    assert any(line.startswith(f"{label}: ") for line in result.err.splitlines())
 
 
 def test_every_run_of_a_grasp_counts(monkeypatch) -> None:
@@ -101,5 +172,10 @@ def test_every_run_of_a_grasp_counts(monkeypatch) -> None:
 
     monkeypatch.setattr(grasping, "fraction_done", bar)
     runs = [("task", SimpleNamespace(conditions=Conditions(seed=i)), None) for i in range(4)]
-    assert [run.conditions.seed for _, run in grasping._kept(iter(runs), None, 4)] == [0, 1, 2, 3]
+    assert [run.conditions.seed for _, run in grasping._kept(iter(runs), None, 4, [])] == [
+        0,
+        1,
+        2,
+        3,
+    ]
     assert fractions == [0.25, 0.5, 0.75, 1.0]

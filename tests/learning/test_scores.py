@@ -199,6 +199,13 @@ def test_only_the_same_person_repeats_the_same_task_with_the_same_object() -> No
     np.testing.assert_allclose(found[6:], 0.0, atol=1e-3)
 
 
+def test_scoring_says_how_far_it_is() -> None:
+    fractions: list[float] = []
+    rows = (recorded(arc(0.1), "one"), recorded(arc(0.2), "two"))
+    evaluate(controller(), RecordingSet(rows), progress=fractions.append)
+    assert fractions == [0.5, 1.0]
+
+
 def test_the_one_left_out_is_scored_and_not_learned_from() -> None:
     rows = [recorded(arc(0.01 * (i + 1), 1.0 + i), f"{i}", outside=0.1 * i) for i in range(3)]
     learned, fractions = [], []

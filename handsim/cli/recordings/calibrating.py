@@ -21,7 +21,10 @@ def map_(
         Literal["deg", "rad", "counts"] | None, typer.Option(help="Units of the angles.")
     ] = None,
 ) -> None:
-    """Draft what each column of a table is, by the likeness of names, to be corrected."""
+    """Draft what each column of a table is, to be corrected.
+
+    Columns are recognised by the likeness of their names.
+    """
     from handsim.files import write_text
     from handsim.recordings.columns.draft import draft_map
 
@@ -44,7 +47,10 @@ def calibrate(
         bool, typer.Option("--ranges", help="By the whole range of every joint; cruder.")
     ] = False,
 ) -> None:
-    """Calibrate a glove by held postures (flat.txt, fist.txt ...) or by ranges of motion."""
+    """Calibrate a glove by held postures or by ranges of motion.
+
+    Files of postures are named after them: flat.txt, fist.txt ...
+    """
     from handsim.errors import InputError
     from handsim.recordings.glove.calibrate import (
         calibrate_postures,

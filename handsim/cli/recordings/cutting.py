@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from handsim.cli.console import JsonFlag, fraction_done, note, say_json, say_table, writable
+from handsim.cli.console import JsonFlag, note, say_json, say_table, writable
+from handsim.cli.waiting import fraction_done
 
 if TYPE_CHECKING:
     from handsim.recordings.cutting.reach import Reach
@@ -32,29 +33,35 @@ def cut(
     ] = 1.0,
     json: JsonFlag = False,
 ) -> None:
-    """Cut the reaches out of continuous recordings: rest, reach, hold, return."""
+    """Cut the reaches out of continuous recordings.
+
+    In them rest, reach, hold and return follow one another.
+    """
     from handsim.errors import InputError
     from handsim.recordings.cutting.cut import cut_out, find_all
     from handsim.recordings.cutting.reach import CutOptions
     from handsim.recordings.cutting.times import read_times
-    from handsim.recordings.folder import read_recordings, write_recordings
+    from handsim.recordings.folder import check_folder_target, read_recordings, write_recordings
     from handsim.viewing.figures.cutting_figure import cutting_figure
     from handsim.viewing.figures.style import save_picture
 
     if output.resolve() == folder.resolve():
         raise InputError(f"{output}: holds the recordings to be cut; name another folder with -o")
+    check_folder_target(output)
     options = CutOptions(rest_speed, longest_pause, channel)
     if plot is not None:
         writable(plot, *PICTURES)
-    recordings = read_recordings(folder)
+    with fraction_done("reading") as progress:
+        recordings = read_recordings(folder, progress)
     given = () if times is None else read_times(times, recordings)
     with fraction_done("cutting") as progress:
         reaches = find_all(recordings, options, given, progress)
-    parts = cut_out(recordings, reaches, given)
-    figure = None if plot is None else cutting_figure(recordings, reaches)
-    write_recordings(parts, output)
-    if figure is not None and plot is not None:
-        save_picture(figure, plot)
+    with fraction_done("writing"):
+        parts = cut_out(recordings, reaches, given)
+        figure = None if plot is None else cutting_figure(recordings, reaches)
+        write_recordings(parts, output)
+        if figure is not None and plot is not None:
+            save_picture(figure, plot)
     _say(reaches, json=json)
     _note_doubtful(reaches, with_times=times is not None)
     without = len(recordings) - len({reach.recording for reach in reaches})

@@ -9,7 +9,7 @@ import typer
 from handsim.cli.console import (
     Folder,
     JsonFlag,
-    fraction_done,
+    help_where_alone,
     note,
     say,
     say_json,
@@ -18,6 +18,7 @@ from handsim.cli.console import (
 )
 from handsim.cli.recordings.calibrating import calibrate, map_
 from handsim.cli.recordings.cutting import PICTURES, cut
+from handsim.cli.waiting import fraction_done
 
 app = typer.Typer()
 app.command("map")(map_)
@@ -61,7 +62,7 @@ def import_(
     hand_length: Annotated[float | None, typer.Option(help="Of the recorded hand, in m.")] = None,
     hand_breadth: Annotated[float | None, typer.Option(help="Of the recorded hand, in m.")] = None,
 ) -> None:
-    """Turn recordings of a glove, of markers or of keypoints into a folder of CSV files."""
+    """Turn files of gloves, markers or keypoints into recordings."""
     from handsim.cli.defaults import hand_size, said_of
     from handsim.recordings.folder import check_folder_target, write_recordings
     from handsim.recordings.importers.import_files import import_recordings
@@ -83,8 +84,9 @@ def import_(
         task=task,
         unwrap=unwrap,
     )
-    recordings = import_recordings(files, format, options=options)
-    write_recordings(recordings, output)
+    with fraction_done("importing"):
+        recordings = import_recordings(files, format, options=options)
+        write_recordings(recordings, output)
     for line in (*said_of(recordings), *lines_of(anomalies(recordings))):
         note(line)
     note(f"wrote {len(recordings)} recordings to {output}")
@@ -117,7 +119,7 @@ def info(
     plot: Annotated[Path | None, typer.Option(help="Picture of all joints to draw, .png.")] = None,
     json: JsonFlag = False,
 ) -> None:
-    """Show what a folder of recordings holds, and whether it can be right."""
+    """Show what recordings hold, and whether it can be right."""
     from handsim.cli.defaults import folder_or_built_in
     from handsim.recordings.contents import summarise
     from handsim.recordings.folder import read_recordings
@@ -131,7 +133,8 @@ def info(
         from handsim.viewing.figures.recordings_figure import recordings_figure
         from handsim.viewing.figures.style import save_picture
 
-        save_picture(recordings_figure(recordings), plot)
+        with fraction_done("drawing"):
+            save_picture(recordings_figure(recordings), plot)
         note(f"wrote {plot}")
     if json:
         say_json(summary)
@@ -175,3 +178,9 @@ def _say_summary(summary: dict[str, Any]) -> None:
                 seen.add((each["kind"], each["joint"]))
                 joint = f", {each['joint']}" if each["joint"] else ""
                 say(f"{row['name']}{joint}: {each['kind']}: {each['message']}")
+
+
+@app.callback(invoke_without_command=True)
+def _group(context: typer.Context) -> None:
+    """Import and inspect recordings."""
+    help_where_alone(context)

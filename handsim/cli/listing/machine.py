@@ -1,5 +1,6 @@
-"""`handsim doctor`: what this machine offers."""
+"""`handsim doctor` and `--version`: what this machine offers."""
 
+import platform
 from dataclasses import asdict
 from typing import Annotated
 
@@ -14,7 +15,7 @@ def doctor(
     ] = False,
     json: JsonFlag = False,
 ) -> None:
-    """Show versions, GL backends that really render, and the video encoder.
+    """Show versions, GL backends that render, and the video encoder.
 
     Exit code 1 where no backend renders; the table names the command that installs one.
     """
@@ -30,3 +31,21 @@ def doctor(
                 say(f"{'':<16}remedy: {finding.remedy}")
     if not can_render(findings):
         raise typer.Exit(1)
+
+
+def say_version(asked: bool) -> None:
+    """Say which versions of handsim, MuJoCo and Python these are, where ``asked``, and end."""
+    if asked:
+        mujoco, python = _version("mujoco"), platform.python_version()
+        say(f"handsim {_version('handsim')} (MuJoCo {mujoco}, Python {python})")
+        raise typer.Exit
+
+
+def _version(package: str) -> str:
+    """Return the version of a package without importing it."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(package)
+    except PackageNotFoundError:  # a checkout on the path of modules, not installed
+        return "not installed"
