@@ -18,10 +18,9 @@ from handsim.grasping.robots.robot_grip import RobotGrip
 from handsim.grasping.robots.robot_movement import RobotMovement
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_servos import RobotServos
-from handsim.grasping.rollout._stepping import steps_per_reading
 from handsim.grasping.rollout.commands import LOST, Commands
 from handsim.grasping.rollout.drivers import Driver
-from handsim.grasping.rollout.glove import RATE
+from handsim.grasping.rollout.glove import RATE, steps_per_reading
 from handsim.grasping.rollout.record import Rollout, record_of
 from handsim.grasping.rollout.run import diverged
 from handsim.grasping.rollout.sensing import SLOTS, Sensors, Touch, contacts_of

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.grasping.rollout.compiled_scene import Scene
-from handsim.grasping.rollout.glove import RATE
+from handsim.grasping.rollout.glove import steps_per_reading
 from handsim.grasping.rollout.sensing import NO_SENSORS, SLOTS, Sensors, Touch, contacts_of
 from handsim.types import Array, Index
 
@@ -135,8 +135,3 @@ class BatchOfSimulations(Simulations):
 def simulations_of(scenes: Sequence[Scene]) -> Simulations:
     """Return simulations of scenes whose models have one shape."""
     return OneSimulation(scenes[0]) if len(scenes) == 1 else BatchOfSimulations(scenes)
-
-
-def steps_per_reading(model: mujoco.MjModel) -> int:
-    """Return how many steps MuJoCo makes between two readings of the glove."""
-    return round(1.0 / (RATE * model.opt.timestep))

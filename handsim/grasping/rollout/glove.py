@@ -1,8 +1,11 @@
 """The virtual data glove: readings of the simulated joints as a sensor glove would give them."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import mujoco
 import numpy as np
 
 from handsim.grasping.rollout.record import Rollout
@@ -12,6 +15,11 @@ from handsim.types import Array, Mask
 
 RATE = 100.0
 """Rate of the readings, that of the paper's glove (Sec. VI-A) [Hz]."""
+
+
+def steps_per_reading(model: mujoco.MjModel) -> int:
+    """Return how many steps MuJoCo makes between two readings of the glove."""
+    return round(1.0 / (RATE * model.opt.timestep))
 
 
 class Measured(NamedTuple):

@@ -9,10 +9,9 @@ import pytest
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.rollout import run as runs
-from handsim.grasping.rollout._stepping import steps_per_reading
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.forearm import Wrist
-from handsim.grasping.rollout.glove import DataGlove
+from handsim.grasping.rollout.glove import DataGlove, steps_per_reading
 from handsim.grasping.rollout.jobs import Job, commands_of
 from handsim.grasping.rollout.run import diverged, simulate
 from handsim.joints import JOINT_INDEX, LOWER, UPPER
