@@ -20,6 +20,7 @@ from handsim.errors import InputError
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.gripping.need import LEAST, contacts_at, least_grip
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.tasks.rules import GraspTraces, Outcome, judge
 from handsim.types import Array
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from handsim.grasping.plan import Schedule
     from handsim.grasping.rollout.commands import Commands
     from handsim.grasping.rollout.drivers import Driver
+    from handsim.grasping.rollout.glove import DataGlove
     from handsim.objects.object import GraspObject
     from handsim.tasks.task import Task
 
@@ -203,6 +205,28 @@ def _versions() -> dict[str, str]:
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
     }
+
+
+def read_by(
+    glove: "DataGlove", commands: "Commands", driver: "Driver", q: Array
+) -> tuple[Array, bool]:
+    """Return a glove's readings of postures (n, 22), and whether the hand had arrived.
+
+    The driver says so by what the glove read at the end of the reach; where the run ended before,
+    by its last reading.
+
+    Parameters
+    ----------
+    glove, commands, driver
+        Of the run.
+    q : (n, 22) [rad]
+    """
+    n = len(q)
+    reading = glove.reading(q, commands.disturbance[:n])
+    last_of_reach = reading[min(commands.arrival, n - 1)].copy()
+    if commands.reach is not None:  # the arm says where the wrist is, not the driver
+        last_of_reach[WRIST_COLUMNS] = driver.destination[WRIST_COLUMNS]
+    return reading, driver.arrived(last_of_reach)
 
 
 def record_of(

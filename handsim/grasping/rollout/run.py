@@ -25,7 +25,7 @@ from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.grasping.rollout.jobs import Job, commands_of, groups_of
-from handsim.grasping.rollout.record import Rollout, record_of
+from handsim.grasping.rollout.record import Rollout, read_by, record_of
 from handsim.grasping.rollout.sensing import Touch
 from handsim.joints import CONTACT_PARTS
 from handsim.silence import silent
@@ -267,18 +267,14 @@ class _Runs:
         # Copies, so that one record that is kept does not keep the samples of all runs in memory.
         samples = {name: rows[: self.ends[i], i].copy() for name, rows in self.samples.items()}
         samples |= self.simulations.sensors.poses(samples.pop("poses"))
-        commands, n = self.commands[i], int(self.ends[i])
         qpos = samples["qpos"][:, job.scene.hand.qpos_index]
-        reading = job.glove.reading(qpos, commands.disturbance[:n])
-        last_of_reach = reading[min(commands.arrival, n - 1)].copy()
-        if commands.reach is not None:  # the arm says where the wrist is, not the driver
-            last_of_reach[WRIST_COLUMNS] = job.driver.destination[WRIST_COLUMNS]
+        reading, arrived = read_by(job.glove, self.commands[i], job.driver, qpos)
         return record_of(
             job.scene,
-            commands,
+            self.commands[i],
             job.driver,
             samples,
             reading=reading,
-            arrived=job.driver.arrived(last_of_reach),
+            arrived=arrived,
             unstable=unstable,
         )

@@ -11,7 +11,7 @@ from handsim.grasping.plan import Schedule
 from handsim.grasping.rollout import record as record_module
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
-from handsim.grasping.rollout.record import record_of
+from handsim.grasping.rollout.record import read_by, record_of
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import task_by_name
 
@@ -46,6 +46,7 @@ def scene(task, hinges=()):
     return SimpleNamespace(
         task=task,
         hand=hand,
+        model=hand.model,
         front=np.array([0.1, 0.0, 0.02]),
         object=task.object,
         xml="<mujoco/>",
@@ -106,7 +107,11 @@ def look(monkeypatch):
         )
         driver, place = Driver(), scene(task_by_name(task), hinges)
         made = samples(**changed)
-        record = record_of(place, commands, driver, DataGlove(), made, unstable=unstable)
+        q = made["qpos"][:, place.hand.qpos_index]
+        reading, arrived = read_by(DataGlove(), commands, driver, q)
+        record = record_of(
+            place, commands, driver, made, reading=reading, arrived=arrived, unstable=unstable
+        )
         ((traces, judged_task),) = given
         assert judged_task is place.task
         return traces, record, driver

@@ -212,7 +212,7 @@ def test_a_run_that_diverges_ends_with_the_reading_before(made, monkeypatch, bad
     assert calls == [50, 11][: bad // 50 + 1]  # nothing is simulated after it is found
 
 
-def length(scene, commands, driver, glove, samples, *, unstable):
+def length(scene, commands, driver, samples, *, reading, arrived, unstable):
     return len(samples["qpos"]), unstable
 
 
