@@ -1,0 +1,40 @@
+"""Published robot hands hold a thing by a person's plan, before any search."""
+
+from pathlib import Path
+
+import pytest
+
+from handsim.files import data_folder
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.plan_store import shipped_plans
+from handsim.grasping.robots.robot_planner import RobotGrasps
+from handsim.grasping.robots.robot_scene import RobotScene
+from handsim.grasping.robots.robot_start import clear_of_table
+from handsim.learning.controller import GraspController
+from handsim.retargeting.retarget import Retargeter
+from handsim.retargeting.robot_hand import RobotHand
+from handsim.tasks.table_one import task_by_name
+
+HANDS = Path(__file__).parents[4] / "shared" / "data" / "robot_hands"
+
+
+@pytest.mark.real_data
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("wonik_allegro/right_hand.xml", "cube-raise"),
+        ("leap_hand/leap_hand_right.urdf", "tall-glass-drink"),
+        ("shadow_hand/right_hand.xml", "cup-top-move"),
+    ],
+)
+def test_a_published_hand_holds_by_the_plan_of_a_person(file: str, name: str) -> None:
+    if not (HANDS / file).is_file():
+        pytest.skip(f"{HANDS / file} is not there")
+    controller = GraspController.load(data_folder("assets") / "controller.npz")
+    plan = shipped_plans(controller.digest, Conditions()).read()[name]
+    robot, task = RobotHand(HANDS / file), task_by_name(name)
+    grasps = RobotGrasps(controller, Retargeter(robot, opening_scale=1.0))
+    scene = RobotScene.build(task, Conditions(base="free"), robot)
+    outcome = grasps.run(scene, clear_of_table(grasps.retargeter, scene, plan)).outcome
+    assert outcome.success, (outcome.reason, outcome.detail)
+    assert outcome.margin < 4.0
