@@ -30,6 +30,7 @@ from handsim.grasping.planning.fingertip_fit import (
 from handsim.grasping.planning.plan_store import StoredPlan
 from handsim.grasping.planning.search import (
     WORST,
+    Effort,
     Found,
     cost_of,
     minimise,
@@ -52,6 +53,8 @@ from handsim.tasks.task import Task
 from handsim.types import Array
 
 GENERATIONS = 14
+NEAR = Effort(generations=6, spread=0.5)
+"""Of a search from a plan of another hand: what it finds, it finds soon and near."""
 SEARCHES = 3
 """Largest number of starts that are searched from, until a nominal run holds."""
 SEEDS = SEARCHES + 1
@@ -154,7 +157,7 @@ def plan_grasp(
         if (kept := found.kept(ENOUGH)) is not None:
             return kept
     if known is None and found.starts:
-        found.search_from(found.ranked()[0], generations, seed)
+        found.search_from(found.ranked()[0], NEAR, seed)
         if (kept := found.kept(FAIR)) is not None:
             return kept
     n_known = len(found.starts)
@@ -166,12 +169,12 @@ def plan_grasp(
         if len(found.searched) == SEARCHES or found.best[0] >= ENOUGH:
             break
         if start not in found.searched:
-            found.search_from(start, generations, seed)
+            found.search_from(start, Effort(generations), seed)
     held, plan = found.best
     run = found.whole(plan)
     if held > 0 and not run.outcome.success:  # what is held longer creeps farther
         longer = _Search(controller, task, conditions)
-        plan = longer.from_start(plan, generations, seed + SEARCHES)[1]
+        plan = longer.from_start(plan, Effort(generations), seed + SEARCHES)[1]
         run = found.whole(plan)
     return plan, run
 
@@ -281,13 +284,14 @@ class _Search:
             "q_goal": clip_to_range(self.controller.subspace.inverse_transform(z)),
         }
 
-    def from_start(self, start: GraspPlan, generations: int, seed: int) -> tuple[float, GraspPlan]:
+    def from_start(self, start: GraspPlan, effort: Effort, seed: int) -> tuple[float, GraspPlan]:
         """Search around a plan; return the least cost found and its plan. ``start`` counts too."""
         cost, point = minimise(
             lambda x: self.cost(self.varied(start, x)),
             np.zeros(self.n_varied),
-            generations=generations,
+            generations=effort.generations,
             seed=seed,
+            spread=effort.spread,
         )
         return cost, self.varied(start, point)
 

@@ -91,6 +91,14 @@ def cost_of(rollout: Rollout, task: Task) -> float:
     return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * min(broken, 3.0)
 
 
+@dataclass(frozen=True)
+class Effort:
+    """How long and how far around its start a search goes: see `minimise`."""
+
+    generations: int
+    spread: float = 0.7
+
+
 Candidate = tuple[float, GraspPlan]
 """A share of runs that hold, and the plan of which they are."""
 
@@ -104,7 +112,7 @@ class Found:
     confirm
         Returns how often a plan holds in runs that no search has seen; it is given its cost, too.
     search
-        Searches from a plan, for a number of generations, with a seed.
+        Searches from a plan, with an effort and a seed.
     whole
         Runs a plan in its task as it is.
     starts, costs
@@ -116,7 +124,7 @@ class Found:
     """
 
     confirm: Callable[[GraspPlan, float], Candidate]
-    search: Callable[[GraspPlan, int, int], tuple[float, GraspPlan]]
+    search: Callable[[GraspPlan, Effort, int], tuple[float, GraspPlan]]
     whole: Callable[[GraspPlan], Rollout]
     starts: list[GraspPlan] = field(default_factory=list[GraspPlan])
     costs: list[float] = field(default_factory=list[float])
@@ -141,12 +149,12 @@ class Found:
         """Make a start a candidate."""
         self.candidates.append(self.confirm(self.starts[start], self.costs[start]))
 
-    def search_from(self, start: int, generations: int, seed: int) -> None:
+    def search_from(self, start: int, effort: Effort, seed: int) -> None:
         """Search from a start and make what is found a candidate.
 
         Each search has a seed of its own: ``seed`` and those that follow.
         """
-        cost, plan = self.search(self.starts[start], generations, seed + len(self.searched))
+        cost, plan = self.search(self.starts[start], effort, seed + len(self.searched))
         self.searched.add(start)
         self.candidates.append(self.confirm(plan, cost))
 
@@ -240,8 +248,11 @@ def minimise(
     population: int = 8,
     seed: int = 0,
     enough: float = ENOUGH,
+    spread: float = 0.7,
 ) -> tuple[float, Array]:
     """Minimise a cost by CMA-ES from ``start``, in units of the initial spreads (n,).
+
+    ``spread`` is the standard deviation of the first generation, in these units.
 
     Returns
     -------
@@ -259,7 +270,7 @@ def minimise(
         "maxiter": generations,
         "verbose": -9,
     }
-    strategy = cma.CMAEvolutionStrategy(start, 0.7, options)
+    strategy = cma.CMAEvolutionStrategy(start, spread, options)
     while not strategy.stop() and best[0] > enough:
         points = strategy.ask()
         costs = [cost(point) for point in points]

@@ -115,7 +115,7 @@ def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch)
     def quickly(controller, task, conditions, hint, *, others, seed):
         planned.append((task.name, conditions.hand.length, conditions.hand.side))
         assert conditions.nominal
-        assert hint is None and [each.hand for each in others] == [MEDIAN_HAND]
+        assert hint is None and {each.hand for each in others} == {MEDIAN_HAND}
         return known[task.name], SimpleNamespace(outcome=HELD)
 
     def by_plan(controller, scene, plan):
