@@ -238,8 +238,8 @@ def _resized(
     weight = pad_targets(hands[0], plan, grasp).weight[:, None]
 
     def unpacked(x: Array) -> tuple[Array, Pose]:
-        palm = plan.palm.moved(x[n : n + 3], Rotation.from_rotvec(x[n + 3 :]))
-        return np.clip(z_start + x[:n], *box), palm
+        shift, turn = x[n : n + 3], Rotation.from_rotvec(x[n + 3 :])
+        return np.clip(z_start + x[:n], *box), plan.palm.moved(shift, turn)
 
     def pads(hand: HandModel, z: Array, palm: Pose) -> Array:
         q = clip_to_range(subspace.inverse_transform(z))

@@ -75,13 +75,17 @@ class Wanted:
 
 
 def search_plan(controller: GraspController, wanted: Wanted) -> StoredPlan:
-    """Search until a plan holds or `ATTEMPTS` searches are made, each with seeds of its own."""
+    """Search until a plan holds or `ATTEMPTS` searches are made, each with seeds of its own.
+
+    A search that begins with plans of other hands counts as two: one is near these plans.
+    """
     task, conditions = wanted.task, wanted.conditions
     attempts, plan, held = wanted.attempts, wanted.start, False
     while not held and attempts < ATTEMPTS:
         seed = attempts * SEEDS
         plan, run = plan_grasp(controller, task, conditions, plan, others=wanted.others, seed=seed)
-        attempts, held = attempts + 1, run.outcome.success
+        attempts += 2 if wanted.others else 1
+        held = run.outcome.success
     assert plan is not None
     return StoredPlan(plan, held, key_for(task, conditions), attempts, counted(conditions.hand))
 

@@ -54,9 +54,11 @@ from handsim.types import Array
 
 GENERATIONS = 14
 NEAR = Effort(generations=6, spread=0.5)
-"""Of a search from a plan of another hand: what it finds, it finds soon and near."""
+"""Of a search where plans of other hands are known: what it finds, it finds soon and near."""
 SEARCHES = 3
 """Largest number of starts that are searched from, until a nominal run holds."""
+N_NEAR = 2
+"""The same where plans of other hands are known."""
 SEEDS = SEARCHES + 1
 """Seeds that `plan_grasp` may use: one for each search, and one for the full hold time."""
 N_PERTURBED = 2
@@ -65,8 +67,8 @@ N_CONFIRMED = 6
 """Further perturbed runs, by which plans of several searches are compared."""
 ENOUGH = 0.8
 """Share of runs, the nominal one counted, that a plan has to hold for the search to end."""
-FAIR = 0.5
-"""The same for what is found from plans of other hands, for which less is searched."""
+FAIR = 0.25
+"""The same for what is found near plans of other hands: of the perturbed runs one at least."""
 N_FITS = 3
 """Fits for each of `LEVERS` that are run in physics."""
 LEVERS = (0.0, 0.7)
@@ -133,10 +135,11 @@ def plan_grasp(
         A plan to try first. A plan of another controller must come without ``z_goal``; its
         destination is then the projection of its posture.
     others
-        Where none is known, plans of other hands, which are carried over to this one and tried in
-        turn. Where none holds with room to spare, the first search is from the best of them.
+        Plans of other hands, where ``known`` is None. They are carried over to this one and tried
+        in turn. Where none holds with room to spare, the first search is from the best of them.
     generations
-        Of the search, which is made where no start holds with room to spare.
+        Of the search, which is made where no start holds with room to spare; `NEAR` where plans of
+        other hands are known.
     seed
         First of the `SEEDS` seeds that the search may use.
 
@@ -145,6 +148,7 @@ def plan_grasp(
     GraspPlan, Rollout
         The best found; the run's outcome says whether it holds.
     """
+    effort, n_searches = (NEAR, N_NEAR) if others else (Effort(generations), SEARCHES)
     search = _Search(controller, shortened(task), conditions)
     found = Found(
         search.confirmed,
@@ -156,8 +160,8 @@ def plan_grasp(
         found.propose(-1)
         if (kept := found.kept(ENOUGH)) is not None:
             return kept
-    if known is None and found.starts:
-        found.search_from(found.ranked()[0], NEAR, seed)
+    if others:
+        found.search_from(found.ranked()[0], effort, seed)
         if (kept := found.kept(FAIR)) is not None:
             return kept
     n_known = len(found.starts)
@@ -166,15 +170,15 @@ def plan_grasp(
     if (best := found.ranked()[0]) >= n_known:
         found.propose(best)
     for start in found.ranked():
-        if len(found.searched) == SEARCHES or found.best[0] >= ENOUGH:
+        if len(found.searched) == n_searches or found.best[0] >= ENOUGH:
             break
         if start not in found.searched:
-            found.search_from(start, Effort(generations), seed)
+            found.search_from(start, effort, seed)
     held, plan = found.best
     run = found.whole(plan)
     if held > 0 and not run.outcome.success:  # what is held longer creeps farther
         longer = _Search(controller, task, conditions)
-        plan = longer.from_start(plan, Effort(generations), seed + SEARCHES)[1]
+        plan = longer.from_start(plan, effort, seed + SEARCHES)[1]
         run = found.whole(plan)
     return plan, run
 

@@ -212,6 +212,7 @@ def test_searches_for_another_hand_begin_with_plans_for_the_task_and_for_its_obj
     ]
     assert [each.plan.z_goal is None for each in search.others] == [False, True, False, True]
     assert {each.hand for each in search.others} == {MEDIAN_HAND}
+    assert made.made[JAR.name].hand == left.hand
     # A plan of this hand comes first, if only of another controller.
     searches.clear()
     own = plan_store(tmp_path, "another", left)
@@ -220,7 +221,18 @@ def test_searches_for_another_hand_begin_with_plans_for_the_task_and_for_its_obj
     made.plan_for(JAR, Scene.build(JAR, left))
     (search,) = searches
     assert (search.known.z_goal, search.others) == (None, ())
-    assert made.made[JAR.name].hand == left.hand
+
+
+def test_what_does_not_hold_is_searched_once_where_plans_of_other_hands_were_tried(
+    grasper, searches, built_in
+):
+    searches.held = iter([False, True])
+    made, _ = grasper(hints=(built_in,))
+    scene = Scene.build(JAR, Conditions(hand=HandSize(side="left")))
+    plan = made.plan_for(JAR, scene)
+    assert made.made[JAR.name].attempts == ATTEMPTS
+    assert bits(made.plan_for(JAR, scene)) == bits(plan)
+    assert len(searches) == 1
 
 
 def test_what_does_not_hold_is_searched_again_with_other_seeds_and_then_left(grasper, searches):

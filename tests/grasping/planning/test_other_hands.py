@@ -12,7 +12,7 @@ from handsim.grasping.planning import planner
 from handsim.grasping.planning.fingertip_fit import carried_over, mirrored
 from handsim.grasping.planning.opposition import palm_pose
 from handsim.grasping.planning.plan_store import StoredPlan, plan_store, shipped_plans, usual_store
-from handsim.grasping.planning.search import NO_ARM, out_of_reach, strain_of, within_reach
+from handsim.grasping.planning.search import NO_ARM, Effort, out_of_reach, strain_of, within_reach
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
@@ -138,7 +138,7 @@ class Pretended:
 
     def __init__(self, share, cost, fits=("fit",)):
         self.share, self.price, self.fits = share, cost, fits
-        self.asked = []
+        self.asked, self.efforts = [], []
 
     def __call__(self, controller, task, conditions):
         return self
@@ -157,8 +157,9 @@ class Pretended:
     def confirmed(self, plan, cost):
         return self.share.get(plan, 0.0), plan
 
-    def from_start(self, start, generations, seed):
+    def from_start(self, start, effort, seed):
         self.asked.append(f"from {start}, {seed}")
+        self.efforts.append(effort)
         return -0.5, f"better {start}"
 
 
@@ -196,21 +197,21 @@ def test_the_first_search_is_from_the_best_plan_of_another_hand(planned):
     pretended = Pretended({"a": 0.0, "better a": planner.FAIR}, {"a": 2.0})
     assert planned(pretended, others=["a"]) == "better a"
     assert pretended.asked == ["a", "from a, 0"]
+    assert pretended.efforts == [planner.NEAR]
 
 
 def test_where_it_finds_too_little_fits_are_made_and_nothing_is_searched_from_twice(planned):
     pretended = Pretended({}, {"a": 0.5, "b": 2.0, "fit": 1.0, "other": 3.0}, ("fit", "other"))
     planned(pretended, others=["a", "b"])
-    assert pretended.asked == [
-        *("a", "b", "from a, 0", "fits", "fit", "other", "from fit, 1", "from b, 2")
-    ]
-    assert planner.SEARCHES == 3
+    assert pretended.asked == ["a", "b", "from a, 0", "fits", "fit", "other", "from fit, 1"]
+    assert planner.N_NEAR == 2
 
 
 def test_a_known_plan_that_does_not_hold_is_searched_from_in_its_turn(planned):
     pretended = Pretended({"a": 0.7}, {"a": 2.0, "fit": 1.0})
     assert planned(pretended, known="a") == "a"
     assert pretended.asked == ["a", "fits", "fit", "from fit, 0", "from a, 1"]
+    assert set(pretended.efforts) == {Effort(planner.GENERATIONS)}
 
 
 @pytest.mark.parametrize("how", ["known", "others"])
