@@ -77,17 +77,18 @@ class Wanted:
 def search_plan(controller: GraspController, wanted: Wanted) -> StoredPlan:
     """Search until a plan holds or `ATTEMPTS` searches are made, each with seeds of its own.
 
-    A search that begins with plans of other hands counts as two: one is near these plans.
+    What one search finds is where the next begins, beside the plans of other hands.
     """
-    task, conditions = wanted.task, wanted.conditions
-    attempts, plan, held = wanted.attempts, wanted.start, False
+    task, conditions, hand = wanted.task, wanted.conditions, counted(wanted.conditions.hand)
+    attempts, plan, others, held = wanted.attempts, wanted.start, wanted.others, False
     while not held and attempts < ATTEMPTS:
-        seed = attempts * SEEDS
-        plan, run = plan_grasp(controller, task, conditions, plan, others=wanted.others, seed=seed)
-        attempts += 2 if wanted.others else 1
-        held = run.outcome.success
+        seed, known = attempts * SEEDS, None if others else plan
+        plan, run = plan_grasp(controller, task, conditions, known, others=others, seed=seed)
+        attempts, held = attempts + 1, run.outcome.success
+        if others:
+            others = (StoredPlan(plan, held, hand=hand), *others)
     assert plan is not None
-    return StoredPlan(plan, held, key_for(task, conditions), attempts, counted(conditions.hand))
+    return StoredPlan(plan, held, key_for(task, conditions), attempts, hand)
 
 
 @dataclass(frozen=True)

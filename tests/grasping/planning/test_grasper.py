@@ -223,16 +223,20 @@ def test_searches_for_another_hand_begin_with_plans_for_the_task_and_for_its_obj
     assert (search.known.z_goal, search.others) == (None, ())
 
 
-def test_what_does_not_hold_is_searched_once_where_plans_of_other_hands_were_tried(
+def test_what_is_found_is_where_the_next_search_begins_beside_plans_of_other_hands(
     grasper, searches, built_in
 ):
     searches.held = iter([False, True])
     made, _ = grasper(hints=(built_in,))
-    scene = Scene.build(JAR, Conditions(hand=HandSize(side="left")))
-    plan = made.plan_for(JAR, scene)
-    assert made.made[JAR.name].attempts == ATTEMPTS
-    assert bits(made.plan_for(JAR, scene)) == bits(plan)
-    assert len(searches) == 1
+    left = Conditions(hand=HandSize(side="left"))
+    made.plan_for(JAR, Scene.build(JAR, left))
+    first, second = searches
+    assert [each.known for each in searches] == [None, None]
+    assert [each.seed for each in searches] == [0, SEEDS]
+    found, *others = second.others
+    assert others == list(first.others)
+    assert found.hand == left.hand
+    assert found.plan.squeeze == pytest.approx(built_in.read()[TASK.name].squeeze + 0.01)
 
 
 def test_what_does_not_hold_is_searched_again_with_other_seeds_and_then_left(grasper, searches):
