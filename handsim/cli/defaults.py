@@ -113,10 +113,16 @@ def planning_grasper(
     Plans are looked up beside the controller, then among the built-in ones, since a controller
     learned elsewhere from the built-in experiments equals the built-in one
     (`GraspController.digest`). For any other controller, searches begin with the built-in plans.
+    For another hand they begin with the plans of the usual one, carried over to it.
     """
     from handsim.cli.console import note
     from handsim.grasping.planning.grasper import ControllerGrasper
-    from handsim.grasping.planning.plan_store import plan_store, shipped_plans
+    from handsim.grasping.planning.plan_store import (
+        plan_store,
+        shipped_folder,
+        shipped_plans,
+        usual_store,
+    )
 
     learned = controller_or_built_in(path)
     own = plan_store(plan_folder(path), learned.digest, conditions)
@@ -124,9 +130,13 @@ def planning_grasper(
     if not replay and not any(store.path.is_file() for store in (own, *shared)):
         _say_if_unkept(own.path.parent)
     built_in = learned if path is None else controller_or_built_in(None)
-    hint = shipped_plans(built_in.digest, conditions)
+    hints = (
+        shipped_plans(built_in.digest, conditions),
+        *usual_store(plan_folder(path), learned.digest, conditions),
+        *usual_store(shipped_folder(), built_in.digest, conditions),
+    )
     mode = "replay" if replay else "plan"
-    return ControllerGrasper(learned, mode, own, (hint,), shared, note)
+    return ControllerGrasper(learned, mode, own, hints, shared, note)
 
 
 @cache
@@ -187,7 +197,7 @@ def grasper_without(
     """
     from handsim.cli.console import note
     from handsim.grasping.planning.grasper import ControllerGrasper, without_object
-    from handsim.grasping.planning.plan_store import plan_store
+    from handsim.grasping.planning.plan_store import plan_store, usual_store
     from handsim.learning.learn import learn_controller, learn_like
 
     kept = None if path is None and folder is not None else controller_or_built_in(path)
@@ -205,7 +215,8 @@ def grasper_without(
         learned = learn_like(whole, others)
         plans = plan_folder(path)
     store = plan_store(plans, learned.digest, conditions)
-    return ControllerGrasper(learned, "plan", store, note=note)
+    hints = usual_store(plans, learned.digest, conditions)
+    return ControllerGrasper(learned, "plan", store, hints, note=note)
 
 
 def _check_learned_from(

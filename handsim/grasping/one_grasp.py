@@ -3,7 +3,7 @@
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.grasper import ControllerGrasper
-from handsim.grasping.planning.plan_store import shipped_plans
+from handsim.grasping.planning.plan_store import shipped_folder, shipped_plans, usual_store
 from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
@@ -49,4 +49,5 @@ def grasp(
     if plan is not None:
         return run_plan(controller, Scene.build(chosen, asked), plan)
     shipped = shipped_plans(controller.digest, asked)
-    return ControllerGrasper(controller, shared=(shipped,))(chosen, asked)
+    usual = usual_store(shipped_folder(), controller.digest, asked)
+    return ControllerGrasper(controller, hints=usual, shared=(shipped,))(chosen, asked)

@@ -4,9 +4,12 @@ Projecting a posture onto a few principal components keeps its shape roughly but
 fingertips. Coordinates, palm pose and squeeze are therefore fitted together, without physics.
 Before the squeeze the pads should stand where the script has them, or somewhat wider. After the
 squeeze each pad that grasps should have passed its target, so that the object stops it.
+
+A plan of one hand is carried over to another in the same way: the pads of the other hand should
+stand where those of the first stand, before the squeeze and after it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -15,11 +18,12 @@ from scipy.spatial.transform import Rotation
 from handsim.grasping.gripping.squeeze import squeeze_offset
 from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.planning.opposition import palm_pose
+from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, clip_to_range
 from handsim.learning.subspace import PostureSubspace
 from handsim.objects.grasp import Grasp
-from handsim.types import Array
+from handsim.types import Array, HandSize
 
 IDLE = 0.05
 """Weight of fingers that the grasp does not use."""
@@ -40,6 +44,8 @@ TURN = 0.008
 SQUEEZE = 0.002
 """Weight of a unit between the factor on the squeeze and that of the script [m]."""
 SQUEEZE_RANGE = (0.3, 2.0)
+MIRROR = np.array([1.0, -1.0, 1.0])
+"""Across y = 0 of the object frame, as `Task.for_side` mirrors a grasp."""
 
 
 @dataclass(frozen=True)
@@ -174,6 +180,85 @@ def fit_fingertips(
     start = np.concatenate([np.clip(z_start, *box), np.zeros(7)])
     fit = least_squares(residuals, start, x_scale=scale, max_nfev=25)
     return FingertipFit(*unpacked(fit.x), error=float(np.linalg.norm(fit.fun)))
+
+
+def mirrored(plan: GraspPlan) -> GraspPlan:
+    """Return the plan with which the other hand does the mirror image, across y = 0.
+
+    Joint angles are those of either hand. A turn is an axial vector.
+    """
+    w, turn = plan.palm.quat[0], -MIRROR * plan.palm.quat[1:]
+    palm = Pose(MIRROR * plan.palm.pos, np.array([w, *turn]))
+    return replace(plan, palm=palm, retreat=MIRROR * plan.retreat)
+
+
+def carried_over(
+    plan: GraspPlan,
+    hands: tuple[HandSize, HandSize],
+    grasp: Grasp,
+    subspace: PostureSubspace,
+    box: tuple[Array, Array],
+) -> GraspPlan:
+    """Return a plan of one hand as one of another, without physics.
+
+    For the other side it is the mirror image. For another size, coordinates and palm pose are
+    fitted so that the pads of the grasping fingers stand as they did.
+
+    Parameters
+    ----------
+    plan
+    hands
+        Whose plan it is, and who is to grasp by it.
+    grasp
+        For a right hand.
+    subspace
+        Of the controller.
+    box : two of (n_components,) [rad]
+        Least and greatest coordinates.
+    """
+    of, to = hands
+    if of.side == "left":
+        plan = mirrored(plan)
+    if (of.length, of.breadth) != (to.length, to.breadth):
+        right = (HandModel.from_spec(build_hand(replace(each, side="right"))) for each in hands)
+        plan = _resized(plan, (next(right), next(right)), grasp, subspace, box)
+    return plan if to.side == "right" else mirrored(plan)
+
+
+def _resized(
+    plan: GraspPlan,
+    hands: tuple[HandModel, HandModel],
+    grasp: Grasp,
+    subspace: PostureSubspace,
+    box: tuple[Array, Array],
+) -> GraspPlan:
+    """Return a plan with which the pads of another right hand stand as those of the first."""
+    z_start, full = plan.goal_in(subspace), squeeze_offset(plan.squeeze, grasp.fingers)
+    n = len(z_start)
+    weight = pad_targets(hands[0], plan, grasp).weight[:, None]
+
+    def unpacked(x: Array) -> tuple[Array, Pose]:
+        shift, turn = x[n : n + 3], Rotation.from_rotvec(x[n + 3 :])
+        return np.clip(z_start + x[:n], *box), plan.palm.moved(shift, turn)
+
+    def pads(hand: HandModel, z: Array, palm: Pose) -> Array:
+        q = clip_to_range(subspace.inverse_transform(z))
+        before, normal = _pads_in_palm(hand, q)
+        after, _ = _pads_in_palm(hand, clip_to_range(q + full))
+        turn = palm.rotation
+        pos = [palm.pos + turn.apply(each) for each in (before, after)]
+        return np.concatenate([*pos, NORMAL * turn.apply(normal)], axis=1)
+
+    wanted = pads(hands[0], z_start, plan.palm)
+
+    def residuals(x: Array) -> Array:
+        off = weight * (pads(hands[1], *unpacked(x)) - wanted)
+        return np.concatenate([off.ravel(), TURN * x[n + 3 :]])
+
+    scale = np.concatenate([np.full(n, 0.3), np.full(3, 0.02), np.full(3, 0.2)])
+    z, palm = unpacked(least_squares(residuals, np.zeros(n + 6), x_scale=scale, max_nfev=25).x)
+    q_goal = clip_to_range(subspace.inverse_transform(z))
+    return replace(plan, palm=palm, z_goal=z, q_goal=q_goal)
 
 
 def _misses(hand: HandModel, q: Array, palm: Pose, targets: PadTargets) -> tuple[Array, Array]:

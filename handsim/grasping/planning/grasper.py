@@ -8,7 +8,7 @@ from handsim.errors import FileError, InputError
 from handsim.grasping.conditions import Conditions, Hard, made_hard, perturb
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
-from handsim.grasping.planning.plan_store import PlanStore, StoredPlan
+from handsim.grasping.planning.plan_store import PlanStore, StoredPlan, counted
 from handsim.grasping.planning.planner import SEEDS, plan_grasp, replayed_plan, run_plan
 from handsim.grasping.pool import Pool, processes
 from handsim.grasping.rollout.compiled_scene import Scene
@@ -18,6 +18,7 @@ from handsim.hand.model import HandModel
 from handsim.learning.certification import covered
 from handsim.learning.controller import GraspController
 from handsim.recordings.recording import RecordingSet
+from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
 
 Grasper = Callable[[Task, Conditions], Rollout]
@@ -57,6 +58,8 @@ class Wanted:
         What to plan for.
     start
         A plan with which the search begins, or None.
+    others
+        Plans of other hands with which it begins where there is no ``start``.
     attempts
         Searches already made that found no plan that holds.
     why
@@ -68,17 +71,24 @@ class Wanted:
     start: GraspPlan | None = None
     attempts: int = 0
     why: str = ""
+    others: tuple[StoredPlan, ...] = ()
 
 
 def search_plan(controller: GraspController, wanted: Wanted) -> StoredPlan:
-    """Search until a plan holds or `ATTEMPTS` searches are made, each with seeds of its own."""
-    task, conditions = wanted.task, wanted.conditions
-    attempts, plan, held = wanted.attempts, wanted.start, False
+    """Search until a plan holds or `ATTEMPTS` searches are made, each with seeds of its own.
+
+    What one search finds is where the next begins, beside the plans of other hands.
+    """
+    task, conditions, hand = wanted.task, wanted.conditions, counted(wanted.conditions.hand)
+    attempts, plan, others, held = wanted.attempts, wanted.start, wanted.others, False
     while not held and attempts < ATTEMPTS:
-        plan, run = plan_grasp(controller, task, conditions, plan, seed=attempts * SEEDS)
+        seed, known = attempts * SEEDS, None if others else plan
+        plan, run = plan_grasp(controller, task, conditions, known, others=others, seed=seed)
         attempts, held = attempts + 1, run.outcome.success
+        if others:
+            others = (StoredPlan(plan, held, hand=hand), *others)
     assert plan is not None
-    return StoredPlan(plan, held, key_for(task, conditions), attempts)
+    return StoredPlan(plan, held, key_for(task, conditions), attempts, hand)
 
 
 @dataclass(frozen=True)
@@ -87,7 +97,8 @@ class ControllerGrasper:
 
     A stored plan is used if it was made for the same task, object, hand, schedule and physics
     (`PlanKey`), and either holds or was searched `ATTEMPTS` times. Any other stored plan is the
-    start of a search.
+    start of a search. Where none is of this hand, the plans of other hands are, for the task and
+    then for others with its object.
 
     Attributes
     ----------
@@ -98,7 +109,7 @@ class ControllerGrasper:
     store
         Where plans are kept, or None to keep them in memory alone.
     hints
-        Plans of other controllers, with which searches begin.
+        Plans of other controllers or hands, with which searches begin.
     shared
         Further plans of this controller, which are only read.
     note
@@ -180,18 +191,21 @@ class ControllerGrasper:
             Of the task under these conditions, if it is built already.
         """
         entries = list(self._entries(task.name))
-        usual = planned_for(conditions)
+        usual, hand = planned_for(conditions), counted(conditions.hand)
+        own = [each for each in entries if each.hand in (None, hand)]
         if not entries:
-            return Wanted(task, usual, self._hint(task))
+            return self._begun(Wanted(task, usual))
         key = key_for(task, conditions, scene)
         fitting = [each for each in entries if each.key == key]
         held = [each for each in fitting if each.held]
         final = [each for each in fitting if each.attempts >= ATTEMPTS]
         for each in (*held, *final):
             return each.plan
-        start = (fitting or entries)[0]
-        attempts = start.attempts if fitting else 0
-        return Wanted(task, usual, start.plan, attempts, _why_not(start, key))
+        latest = (fitting or own or entries)[0]
+        why = _why_not(latest, key)
+        if not (own or fitting):
+            return self._begun(Wanted(task, usual, why=why))
+        return Wanted(task, usual, latest.plan, latest.attempts if fitting else 0, why)
 
     def known(self, tasks: Iterable[Task], conditions: Conditions) -> dict[str, GraspPlan]:
         """Return the plans that fit, by task; none is made."""
@@ -234,11 +248,26 @@ class ControllerGrasper:
             if stored is not None:
                 yield stored
 
-    def _hint(self, task: Task) -> GraspPlan | None:
-        """Return a plan of another controller for a task, or None."""
-        known = (store.read().get(task.name) for store in self.hints)
-        plan = next((plan for plan in known if plan is not None), None)
-        return plan and replace(plan, z_goal=None)  # which is a point of another subspace
+    def _begun(self, wanted: Wanted) -> Wanted:
+        """Return what to search with the plans of other controllers or hands to begin with."""
+        hints = list(self._hints(wanted.task.name))
+        for each in hints:
+            if each.hand in (None, counted(wanted.conditions.hand)):
+                return replace(wanted, start=each.plan)
+        others = [*self._entries(wanted.task.name), *hints]
+        for name in _with_same_object(wanted.task):
+            others += self._hints(name)
+        return replace(wanted, others=tuple(others))
+
+    def _hints(self, task: str) -> Iterator[StoredPlan]:
+        """Yield the plans of other controllers or hands for a task, as this controller has them."""
+        for store in dict.fromkeys(self.hints):
+            stored = store.entries().get(task)
+            if stored is None:
+                continue
+            if store.controller != self.controller.digest:  # a point of another subspace
+                stored = replace(stored, plan=replace(stored.plan, z_goal=None))
+            yield stored
 
     def _tell(self, line: str) -> None:
         if self.note is not None:
@@ -267,6 +296,13 @@ def _why_not(stored: StoredPlan, key: PlanKey) -> str:
     if parts:
         return f"is of another {' and another '.join(parts)}"
     return f"did not hold after {stored.attempts} of {ATTEMPTS} searches"
+
+
+def _with_same_object(task: Task) -> Iterator[str]:
+    """Yield the names of the other tasks of Table I with the object of a task."""
+    for each in TASKS:
+        if each.name != task.name and each.object_name == task.object_name:
+            yield each.name
 
 
 def without_object(recordings: RecordingSet, name: str) -> RecordingSet:

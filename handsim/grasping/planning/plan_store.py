@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.planning.plan_key import PlanKey
 from handsim.joints import N_JOINTS
-from handsim.types import Array
+from handsim.types import MEDIAN_HAND, Array, HandSize
 
 SCHEMA = 2  # 1: postures in degrees, neither destinations in the subspace nor keys; still read
 MAX_VALUE = 1000.0
@@ -38,12 +38,16 @@ class StoredPlan:
         What it was made for; None where a file of schema 1 does not say.
     attempts
         Number of searches made for it, each with seeds of its own.
+    hand
+        Size and side of the hand that it was made for; None where that is not known. It does not
+        stand in the file: the store knows it.
     """
 
     plan: GraspPlan
     held: bool
     key: PlanKey | None = None
     attempts: int = 1
+    hand: HandSize | None = None
 
 
 @dataclass(frozen=True)
@@ -59,10 +63,16 @@ class PlanStore:
     owner
         Digest of the controller and the hand, as in `plan_store`; a file that names another owner
         is refused. Empty takes any.
+    controller
+        Digest of the controller, where it is known.
+    hand
+        Size and side of the hand, where they are known.
     """
 
     path: Path
     owner: str = ""
+    controller: str = ""
+    hand: HandSize | None = None
 
     def entries(self) -> dict[str, StoredPlan]:
         """Return what is stored, by task, even plans that do not hold or fit.
@@ -75,9 +85,10 @@ class PlanStore:
         """
         schema, plans = self._stored()
         try:
-            return {name: _entry(name, stored, schema) for name, stored in plans.items()}
+            entries = {name: _entry(name, stored, schema) for name, stored in plans.items()}
         except _UNREADABLE as error:
             raise self._unreadable(error) from error
+        return {name: replace(each, hand=self.hand) for name, each in entries.items()}
 
     def read(self) -> dict[str, GraspPlan]:
         """Return the plans by task; otherwise as `entries`."""
@@ -151,10 +162,28 @@ def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> 
     conditions
         Only size (to a micrometre) and side of the hand count, and what carries it.
     """
-    size = conditions.hand
+    size = counted(conditions.hand)
     hand = f"{size.length:.6f} {size.breadth:.6f} {size.side} {conditions.base}"
     owner = hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
-    return PlanStore(folder / f"{owner}.json", owner)
+    return PlanStore(folder / f"{owner}.json", owner, controller_digest, size)
+
+
+def usual_store(
+    folder: Path, controller_digest: str, conditions: Conditions
+) -> tuple[PlanStore, ...]:
+    """Return the store of the hand with which searches for the hand of the conditions begin.
+
+    It is that of the right hand of a man of median size on an arm, for which most plans are made;
+    none for this hand itself. The parameters are those of `plan_store`.
+    """
+    if counted(conditions.hand) == MEDIAN_HAND:
+        return ()
+    return (plan_store(folder, controller_digest, Conditions()),)
+
+
+def counted(size: HandSize) -> HandSize:
+    """Return a size as it counts for plans, to a micrometre."""
+    return replace(size, length=round(size.length, 6), breadth=round(size.breadth, 6))
 
 
 def shipped_folder() -> Path:

@@ -5,8 +5,12 @@ therefore first fitted so that the finger pads stand where a scripted grasp has 
 (`fingertip_fit`), starting from each recorded destination. The best fits are run in physics. Where
 none holds with room to spare, an evolutionary search starts from the best of them. What several
 searches find is compared in perturbed runs that none of them has seen.
+
+Where plans are known, of another hand for instance, they are run first. The first that holds with
+room to spare is kept, and nothing is fitted or searched.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -17,15 +21,24 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.planning.demonstrator import scripted_plan
-from handsim.grasping.planning.fingertip_fit import FingertipFit, fit_fingertips, pad_targets
+from handsim.grasping.planning.fingertip_fit import (
+    FingertipFit,
+    carried_over,
+    fit_fingertips,
+    pad_targets,
+)
+from handsim.grasping.planning.plan_store import StoredPlan
 from handsim.grasping.planning.search import (
     WORST,
+    Effort,
+    Found,
     cost_of,
     minimise,
     out_of_reach,
     robust_cost,
     shortened,
     tried_conditions,
+    within_reach,
 )
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import learned_driver
@@ -40,8 +53,12 @@ from handsim.tasks.task import Task
 from handsim.types import Array
 
 GENERATIONS = 14
+NEAR = Effort(generations=6, spread=0.5)
+"""Of a search where plans of other hands are known: what it finds, it finds soon and near."""
 SEARCHES = 3
 """Largest number of starts that are searched from, until a nominal run holds."""
+N_NEAR = 2
+"""The same where plans of other hands are known."""
 SEEDS = SEARCHES + 1
 """Seeds that `plan_grasp` may use: one for each search, and one for the full hold time."""
 N_PERTURBED = 2
@@ -50,6 +67,8 @@ N_CONFIRMED = 6
 """Further perturbed runs, by which plans of several searches are compared."""
 ENOUGH = 0.8
 """Share of runs, the nominal one counted, that a plan has to hold for the search to end."""
+FAIR = 0.25
+"""The same for what is found near plans of other hands: of the perturbed runs one at least."""
 N_FITS = 3
 """Fits for each of `LEVERS` that are run in physics."""
 LEVERS = (0.0, 0.7)
@@ -98,6 +117,7 @@ def plan_grasp(
     conditions: Conditions,
     known: GraspPlan | None = None,
     *,
+    others: Sequence[StoredPlan] = (),
     generations: int = GENERATIONS,
     seed: int = 0,
 ) -> tuple[GraspPlan, Rollout]:
@@ -114,8 +134,12 @@ def plan_grasp(
     known
         A plan to try first. A plan of another controller must come without ``z_goal``; its
         destination is then the projection of its posture.
+    others
+        Plans of other hands, where ``known`` is None. They are carried over to this one and tried
+        in turn. Where none holds with room to spare, the first search is from the best of them.
     generations
-        Of the search, which is made where no start holds with room to spare.
+        Of the search, which is made where no start holds with room to spare; `NEAR` where plans of
+        other hands are known.
     seed
         First of the `SEEDS` seeds that the search may use.
 
@@ -124,24 +148,38 @@ def plan_grasp(
     GraspPlan, Rollout
         The best found; the run's outcome says whether it holds.
     """
+    effort, n_searches = (NEAR, N_NEAR) if others else (Effort(generations), SEARCHES)
     search = _Search(controller, shortened(task), conditions)
-    starts = [] if known is None else [search.aimed(known)]
-    starts += search.starts()
-    costs = [search.cost(plan) for plan in starts]
-    ranked = sorted((cost, i) for i, cost in enumerate(costs))
-    first = {ranked[0][1]} if known is None else {0, ranked[0][1]}
-    candidates = [search.confirmed(starts[i], costs[i]) for i in sorted(first)]
-    for attempt, (_, start) in enumerate(ranked[:SEARCHES]):
-        if max(candidates, key=_confirmed)[0] >= ENOUGH:
+    found = Found(
+        search.confirmed,
+        search.from_start,
+        lambda plan: run_plan(controller, Scene.build(task, conditions), plan),
+    )
+    for plan in search.known(known, others):
+        found.add(plan, search.cost(plan))
+        found.propose(-1)
+        if (kept := found.kept(ENOUGH)) is not None:
+            return kept
+    if others:
+        found.search_from(found.ranked()[0], effort, seed)
+        if (kept := found.kept(FAIR)) is not None:
+            return kept
+    n_known = len(found.starts)
+    for plan in search.starts():
+        found.add(plan, search.cost(plan))
+    if (best := found.ranked()[0]) >= n_known:
+        found.propose(best)
+    for start in found.ranked():
+        if len(found.searched) == n_searches or found.best[0] >= ENOUGH:
             break
-        cost, found = search.from_start(starts[start], generations, seed + attempt)
-        candidates.append(search.confirmed(found, cost))
-    held, plan = max(candidates, key=_confirmed)
-    run = run_plan(controller, Scene.build(task, conditions), plan)
+        if start not in found.searched:
+            found.search_from(start, effort, seed)
+    held, plan = found.best
+    run = found.whole(plan)
     if held > 0 and not run.outcome.success:  # what is held longer creeps farther
-        whole = _Search(controller, task, conditions)
-        plan = whole.from_start(plan, generations, seed + SEARCHES)[1]
-        run = run_plan(controller, Scene.build(task, conditions), plan)
+        longer = _Search(controller, task, conditions)
+        plan = longer.from_start(plan, effort, seed + SEARCHES)[1]
+        run = found.whole(plan)
     return plan, run
 
 
@@ -176,22 +214,19 @@ def destination_box(controller: GraspController) -> tuple[Array, Array]:
     )
 
 
-def _confirmed(candidate: tuple[float, GraspPlan]) -> float:
-    return candidate[0]
-
-
 class _Search:
     """The starts of a search, their variations, and what each costs."""
 
     def __init__(self, controller: GraspController, task: Task, conditions: Conditions) -> None:
         self.controller = controller
+        self.grasp, self.size = task.grasp, conditions.hand
         self.task = task.for_side(conditions.hand.side)
         tried = tried_conditions(conditions, N_PERTURBED + N_CONFIRMED)
         scenes = [Scene.build(task, each) for each in tried]
         self.scenes, self.unseen = scenes[: 1 + N_PERTURBED], scenes[1 + N_PERTURBED :]
         self.hand = HandModel.from_spec(build_hand(conditions.hand))
         self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
-        self.size = len(controller.subspace.components_) + 9
+        self.n_varied = len(controller.subspace.components_) + 9
         self.box = destination_box(controller)
 
     def starts(self) -> list[GraspPlan]:
@@ -229,8 +264,21 @@ class _Search:
                 break
         return plans
 
-    def aimed(self, plan: GraspPlan) -> GraspPlan:
-        """Return a plan whose destination is given in the subspace of this controller."""
+    def known(self, known: GraspPlan | None, others: Sequence[StoredPlan]) -> Iterator[GraspPlan]:
+        """Yield plans whose destinations are given in the subspace of this controller.
+
+        They are the one that is known, or those of other hands as plans of this one.
+        """
+        if known is not None:
+            yield self._aimed(known)
+            return
+        subspace = self.controller.subspace
+        for each in others:
+            hands = (each.hand or self.size, self.size)
+            plan = carried_over(each.plan, hands, self.grasp, subspace, self.box)
+            yield self._aimed(within_reach(self.scenes[0], plan))
+
+    def _aimed(self, plan: GraspPlan) -> GraspPlan:
         return replace(plan, z_goal=plan.goal_in(self.controller.subspace))
 
     def _destination(self, z: Array) -> dict[str, Array]:
@@ -240,18 +288,19 @@ class _Search:
             "q_goal": clip_to_range(self.controller.subspace.inverse_transform(z)),
         }
 
-    def from_start(self, start: GraspPlan, generations: int, seed: int) -> tuple[float, GraspPlan]:
+    def from_start(self, start: GraspPlan, effort: Effort, seed: int) -> tuple[float, GraspPlan]:
         """Search around a plan; return the least cost found and its plan. ``start`` counts too."""
         cost, point = minimise(
             lambda x: self.cost(self.varied(start, x)),
-            np.zeros(self.size),
-            generations=generations,
+            np.zeros(self.n_varied),
+            generations=effort.generations,
             seed=seed,
+            spread=effort.spread,
         )
         return cost, self.varied(start, point)
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
-        """Return a plan changed by ``point`` (size,), in units of `STEPS`."""
+        """Return a plan changed by ``point`` (n_varied,), in units of `STEPS`."""
         n = len(self.controller.subspace.components_)
         z = np.clip(plan.goal_in(self.controller.subspace) + STEPS["z"] * point[:n], *self.box)
         turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])

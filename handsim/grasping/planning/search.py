@@ -1,14 +1,15 @@
 """The cost of a run in a search for a plan, and an evolutionary search that minimises it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import cma
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions, Perturbation, perturb
-from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.plan import GraspPlan, Pose, schedule_for
 from handsim.grasping.rollout.commands import expected_path, read_at
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS
@@ -32,6 +33,8 @@ MAX_STRAIN = 2.0
 """Strain of the arm that counts as a limit is passed; see `ArmPosture.strain`."""
 NO_ARM = 8.0
 """Strain beyond which no run is made: no arm gets there."""
+N_AROUND = 36
+"""Turns about a round object that are compared (`within_reach`)."""
 WIDE = Perturbation(
     position=0.007,
     yaw=float(np.deg2rad(7.0)),
@@ -88,6 +91,82 @@ def cost_of(rollout: Rollout, task: Task) -> float:
     return 1.0 + missing + 0.1 * (slip + tilt) + BROKEN * min(broken, 3.0)
 
 
+@dataclass(frozen=True)
+class Effort:
+    """How long and how far around its start a search goes: see `minimise`."""
+
+    generations: int
+    spread: float = 0.7
+
+
+Candidate = tuple[float, GraspPlan]
+"""A share of runs that hold, and the plan of which they are."""
+
+
+@dataclass
+class Found:
+    """What one planning has tried and found.
+
+    Attributes
+    ----------
+    confirm
+        Returns how often a plan holds in runs that no search has seen; it is given its cost, too.
+    search
+        Searches from a plan, with an effort and a seed.
+    whole
+        Runs a plan in its task as it is.
+    starts, costs
+        Plans from which a search may start, and what each costs.
+    candidates
+        Plans that may be kept.
+    searched
+        Numbers of the starts that were searched from.
+    """
+
+    confirm: Callable[[GraspPlan, float], Candidate]
+    search: Callable[[GraspPlan, Effort, int], tuple[float, GraspPlan]]
+    whole: Callable[[GraspPlan], Rollout]
+    starts: list[GraspPlan] = field(default_factory=list[GraspPlan])
+    costs: list[float] = field(default_factory=list[float])
+    candidates: list[Candidate] = field(default_factory=list[Candidate])
+    searched: set[int] = field(default_factory=set[int])
+
+    @property
+    def best(self) -> Candidate:
+        """The candidate that holds most often; the first of equals."""
+        return max(self.candidates, key=lambda candidate: candidate[0])
+
+    def ranked(self) -> list[int]:
+        """Return the numbers of the starts, the cheapest first."""
+        return sorted(range(len(self.costs)), key=self.costs.__getitem__)
+
+    def add(self, plan: GraspPlan, cost: float) -> None:
+        """Add a start."""
+        self.starts.append(plan)
+        self.costs.append(cost)
+
+    def propose(self, start: int) -> None:
+        """Make a start a candidate."""
+        self.candidates.append(self.confirm(self.starts[start], self.costs[start]))
+
+    def search_from(self, start: int, effort: Effort, seed: int) -> None:
+        """Search from a start and make what is found a candidate.
+
+        Each search has a seed of its own: ``seed`` and those that follow.
+        """
+        cost, plan = self.search(self.starts[start], effort, seed + len(self.searched))
+        self.searched.add(start)
+        self.candidates.append(self.confirm(plan, cost))
+
+    def kept(self, enough: float) -> tuple[GraspPlan, Rollout] | None:
+        """Return the best candidate and its run if it holds often enough, and in its whole task."""
+        share, plan = self.best
+        if share < enough:
+            return None
+        run = self.whole(plan)
+        return (plan, run) if run.outcome.success else None
+
+
 def strain_of(plan: GraspPlan, task: Task, arm: ReachingArm) -> float:
     """Return how far from natural an arm is at worst that follows a plan (`ArmPosture.strain`).
 
@@ -104,6 +183,28 @@ def out_of_reach(scene: Scene, plan: GraspPlan) -> float | None:
         return None
     strain = strain_of(plan, scene.task, scene.arm)
     return None if strain <= NO_ARM else WORST + min(strain, 100.0) / 20.0
+
+
+def within_reach(scene: Scene, plan: GraspPlan) -> GraspPlan:
+    """Return a plan that an arm can follow where another turn about the object makes it one.
+
+    A plan that no arm can follow is turned about the axis of a round object to where it strains
+    the arm least. What another hand turns on it, such as a lid, it may begin elsewhere.
+    """
+    if scene.object.symmetry is None or out_of_reach(scene, plan) is None:
+        return plan
+    axis = np.eye(3)["xyz".index(scene.object.symmetry)]
+    around = np.linspace(0.0, 2.0 * np.pi, N_AROUND, endpoint=False)
+    turned = [_about(plan, Rotation.from_rotvec(angle * axis)) for angle in around]
+    assert scene.arm is not None
+    strains = [strain_of(each, scene.task, scene.arm) for each in turned]
+    return turned[int(np.argmin(strains))]
+
+
+def _about(plan: GraspPlan, turn: Rotation) -> GraspPlan:
+    """Return a plan turned about the origin of the object."""
+    palm = Pose(turn.apply(plan.palm.pos), (turn * plan.palm.rotation).as_quat(scalar_first=True))
+    return replace(plan, palm=palm, retreat=turn.apply(plan.retreat))
 
 
 def used_of_limits(outcome: Outcome, rule: PassRule) -> tuple[float, ...]:
@@ -147,8 +248,11 @@ def minimise(
     population: int = 8,
     seed: int = 0,
     enough: float = ENOUGH,
+    spread: float = 0.7,
 ) -> tuple[float, Array]:
     """Minimise a cost by CMA-ES from ``start``, in units of the initial spreads (n,).
+
+    ``spread`` is the standard deviation of the first generation, in these units.
 
     Returns
     -------
@@ -166,7 +270,7 @@ def minimise(
         "maxiter": generations,
         "verbose": -9,
     }
-    strategy = cma.CMAEvolutionStrategy(start, 0.7, options)
+    strategy = cma.CMAEvolutionStrategy(start, spread, options)
     while not strategy.stop() and best[0] > enough:
         points = strategy.ask()
         costs = [cost(point) for point in points]

@@ -24,7 +24,7 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.tasks.table_one import task_by_name
-from handsim.types import HandSize
+from handsim.types import MEDIAN_HAND, HandSize
 
 
 def test_an_object_is_left_out_with_all_its_recordings():
@@ -95,9 +95,11 @@ def searches(monkeypatch, plan):
 
     asked = Searches()
 
-    def quickly(controller, task, conditions, known=None, *, seed=0):
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0):
         assert conditions == planned_for(conditions)
-        asked.append(SimpleNamespace(task=task, conditions=conditions, known=known, seed=seed))
+        asked.append(
+            SimpleNamespace(task=task, conditions=conditions, known=known, others=others, seed=seed)
+        )
         found = replace(plan, squeeze=plan.squeeze + 0.01 * len(asked))
         return found, SimpleNamespace(outcome=SimpleNamespace(success=next(asked.held)))
 
@@ -126,7 +128,7 @@ def test_a_plan_found_run_and_read_again_is_one_to_the_bit(grasper, plan, monkey
     assert np.any(np.deg2rad(np.rad2deg(found.q_goal)) != found.q_goal)
     run = []
 
-    def quickly(controller, task, conditions, known=None, *, seed=0):
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0):
         return found, SimpleNamespace(outcome=SimpleNamespace(success=True))
 
     monkeypatch.setattr(grasping, "plan_grasp", quickly)
@@ -182,12 +184,59 @@ def test_all_that_is_another_is_named_and_what_is_shown_is_left_out(grasper, pla
 
 
 def test_a_hand_that_is_another_has_a_plan_of_its_own(grasper, searches):
-    made, told = grasper()
+    made, told = grasper(store=None)
     small = Conditions(hand=HandSize(0.175))
-    made.plan_for(TASK, Scene.build(TASK, Conditions()))
+    first = made.plan_for(TASK, Scene.build(TASK, Conditions()))
     made.plan_for(TASK, Scene.build(TASK, small))
     assert [each.conditions for each in searches] == [Conditions(), small]
     assert "is of another hand" in told[0]
+    assert [each.known for each in searches] == [None, None]
+    (other,) = searches[1].others
+    assert (other.hand, bits(other.plan)) == (MEDIAN_HAND, bits(first))
+
+
+def test_searches_for_another_hand_begin_with_plans_for_the_task_and_for_its_object(
+    grasper, searches, built_in, tmp_path
+):
+    """Coordinates are kept where the controller is the same."""
+    foreign = replace(built_in, controller="another")
+    left = Conditions(hand=HandSize(side="left"))
+    made, told = grasper(hints=(built_in, foreign, built_in))
+    made.plan_for(JAR, Scene.build(JAR, left))
+    (search,) = searches
+    assert (search.known, told) == (None, [])
+    known = built_in.read()
+    wanted = [known[name] for name in ("jar-move", "jar-move", "jar-unscrew", "jar-unscrew")]
+    assert [each.plan.q_goal.tobytes() for each in search.others] == [
+        plan.q_goal.tobytes() for plan in wanted
+    ]
+    assert [each.plan.z_goal is None for each in search.others] == [False, True, False, True]
+    assert {each.hand for each in search.others} == {MEDIAN_HAND}
+    assert made.made[JAR.name].hand == left.hand
+    # A plan of this hand comes first, if only of another controller.
+    searches.clear()
+    own = plan_store(tmp_path, "another", left)
+    own.add(JAR.name, StoredPlan(known[JAR.name], True))
+    made, _ = grasper("q.json", hints=(built_in, own))
+    made.plan_for(JAR, Scene.build(JAR, left))
+    (search,) = searches
+    assert (search.known.z_goal, search.others) == (None, ())
+
+
+def test_what_is_found_is_where_the_next_search_begins_beside_plans_of_other_hands(
+    grasper, searches, built_in
+):
+    searches.held = iter([False, True])
+    made, _ = grasper(hints=(built_in,))
+    left = Conditions(hand=HandSize(side="left"))
+    made.plan_for(JAR, Scene.build(JAR, left))
+    first, second = searches
+    assert [each.known for each in searches] == [None, None]
+    assert [each.seed for each in searches] == [0, SEEDS]
+    found, *others = second.others
+    assert others == list(first.others)
+    assert found.hand == left.hand
+    assert found.plan.squeeze == pytest.approx(built_in.read()[TASK.name].squeeze + 0.01)
 
 
 def test_what_does_not_hold_is_searched_again_with_other_seeds_and_then_left(grasper, searches):
@@ -249,7 +298,7 @@ def test_plans_of_the_same_controller_elsewhere_are_taken_as_they_are(
 def test_plans_of_other_controllers_are_hints_without_their_coordinates(
     grasper, searches, built_in, plan
 ):
-    made, _ = grasper(hints=(built_in,))
+    made, _ = grasper(hints=(replace(built_in, controller="another"),))
     made.plan_for(TASK, Scene.build(TASK, Conditions()))
     (search,) = searches
     assert search.known.z_goal is None

@@ -49,6 +49,9 @@ def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatc
         def __init__(self, controller, task, conditions):
             self.hold = task.rule.hold
 
+        def known(self, known, others):
+            return iter(())
+
         def starts(self):
             return ["first", "second"]
 
@@ -87,7 +90,7 @@ def test_a_destination_beyond_a_joint_range_stays_the_destination(
     monkeypatch.setattr(planner, "clip_to_range", lambda q: np.minimum(q, 0.5))
     plan, steps = starts[0], planner.STEPS["z"]
     z = plan.z_goal
-    for point in np.random.default_rng(0).normal(size=(5, search.size)):
+    for point in np.random.default_rng(0).normal(size=(5, search.n_varied)):
         z = np.clip(z + steps * point[: len(z)], *search.box)
         plan = search.varied(plan, point)
         assert plan.z_goal.tobytes() == z.tobytes()
@@ -124,6 +127,9 @@ def test_seeds_of_one_planning_do_not_reach_those_of_the_next(controller, monkey
         def __init__(self, controller, task, conditions):
             pass
 
+        def known(self, known, others):
+            return iter(())
+
         def starts(self):
             return [1.0, 2.0, 3.0]
 
@@ -158,8 +164,8 @@ def test_of_what_is_found_that_is_kept_which_holds_in_runs_that_no_search_has_se
         def __init__(self, controller, task, conditions):
             pass
 
-        def aimed(self, plan):
-            return plan
+        def known(self, known, others):
+            return iter([known])
 
         def starts(self):
             return ["start"]

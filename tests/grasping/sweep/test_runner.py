@@ -21,7 +21,7 @@ from handsim.grasping.sweep.table import open_table
 from handsim.learning.controller import GraspController
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import task_by_name
-from handsim.types import HandSize
+from handsim.types import MEDIAN_HAND, HandSize
 
 CUBE, JAR = task_by_name("cube-raise"), task_by_name("jar-move")
 HELD = Outcome(True, None, 0.12, 0.001, 2.0, 3.1, 4, 0.0005)
@@ -112,10 +112,10 @@ def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch)
     known = built_in.read()
     planned, used = [], []
 
-    def quickly(controller, task, conditions, hint, *, seed):
+    def quickly(controller, task, conditions, hint, *, others, seed):
         planned.append((task.name, conditions.hand.length, conditions.hand.side))
         assert conditions.nominal
-        assert hint is not None
+        assert hint is None and {each.hand for each in others} == {MEDIAN_HAND}
         return known[task.name], SimpleNamespace(outcome=HELD)
 
     def by_plan(controller, scene, plan):
@@ -229,7 +229,7 @@ def test_a_plan_of_another_task_is_made_again(tmp_path, monkeypatch):
     store.add("cube-raise", replace(entry, key=replace(entry.key, task="another")))
     found = replace(entry.plan, squeeze=0.5)
 
-    def quickly(controller, task, conditions, start, *, seed):
+    def quickly(controller, task, conditions, start, *, others, seed):
         assert start.squeeze == entry.plan.squeeze
         return found, SimpleNamespace(outcome=HELD)
 
