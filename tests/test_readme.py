@@ -57,6 +57,9 @@ def test_the_command_lines_are_understood(line: str) -> None:
     command: Any = typer.main.get_command(app)
     while hasattr(command, "commands"):
         name, *words = words
+        if name.startswith("-"):  # an option of handsim itself
+            assert any(name in option.opts for option in command.params)
+            return
         command = command.commands[name]
     if words:
         context = command.make_context(name, words)

@@ -39,7 +39,7 @@ from handsim.retargeting.retarget import Retargeter
 from handsim.tasks.task import Task
 from handsim.types import Array
 
-GENERATIONS = 10
+GENERATIONS = 7
 """Of the search."""
 ENOUGH = 0.0
 """Cost at which the search ends: every run holds, within all limits."""
