@@ -1,0 +1,94 @@
+"""`handsim grasp --hand FILE`: what it takes, what it says, what it refuses."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from handsim.files import data_folder
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.robots import robot_grasper
+from handsim.grasping.robots.robot_scene import RobotScene
+from handsim.grasping.rollout_file import read_rollout
+from handsim.hand.export import write_hand
+from handsim.joints import FINGERS
+from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames, frames_as_toml
+from handsim.types import MEDIAN_HAND
+
+CONTROLLER = data_folder("assets") / "controller.npz"
+
+
+@pytest.fixture
+def hand(tmp_path):
+    """The own hand as a file, with a map of its frames beside it."""
+    file = write_hand(MEDIAN_HAND, tmp_path / "hand")
+    tips = {finger: AttachedFrame(f"{finger}_pad") for finger in FINGERS}
+    file.with_suffix(".toml").write_text(frames_as_toml(HandFrames(AttachedFrame("palm"), tips)))
+    return file
+
+
+@pytest.fixture
+def searched(monkeypatch):
+    """Tasks that were searched; the start is taken as it is."""
+    tasks = []
+
+    def quickly(grasps, task, conditions, starts):
+        tasks.append(task.name)
+        start = replace(starts[0], arrive=0.85)
+        scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
+        return start, grasps.run(scene, start)
+
+    monkeypatch.setattr(robot_grasper, "plan_robot_grasp", quickly)
+    return tasks
+
+
+def test_a_hand_grasps_and_its_plan_lies_beside_the_controller(run, hand, searched, tmp_path):
+    own = tmp_path / "controller.npz"
+    shutil.copy(CONTROLLER, own)
+    asked = ("grasp", own, "--hand", hand, "--task", "cube-raise", "--json", "-o", tmp_path / "out")
+    first = run(*asked)
+    assert first.code == 0, first.err
+    said = json.loads(first.out)
+    assert said["nominal_success"]
+    assert said["per_trial"][0]["base"] == "free"
+    assert said["robot_hand"]["file"] == str(hand)
+    assert said["robot_hand"]["side"] == "right"
+    assert said["robot_hand"]["fingers"] == list(FINGERS)
+    assert (said["robot_hand"]["joints"], said["robot_hand"]["actuators"]) == (20, 20)
+    assert "the hand flies" in first.err
+    assert "plan of cube-raise is searched for this hand" in first.err
+    assert read_rollout(tmp_path / "out" / "cube-raise.npz").outcome.success
+    assert len(list((tmp_path / "controller.plans").iterdir())) == 1
+    again = json.loads(run(*asked).out)
+    assert searched == ["cube-raise"]
+    assert again["per_trial"] == said["per_trial"]
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (("demonstrator", "--task", "cube-raise"), "script for a person's hand"),
+        (("--task", "cube-raise", "--replay"), "person's destination"),
+        (("--task", "cube-raise", "--protocol", "six-axis"), "six-axis"),
+        (("--object", "thing.stl"), "--object is grasped with a person's hand"),
+    ],
+)
+def test_what_a_robot_hand_cannot_do_is_refused_in_a_line(run, hand, options, word):
+    said = run("grasp", *options, "--hand", hand)
+    assert said.code == 2
+    assert said.out == ""
+    assert word in said.err
+    assert said.err.count("\n") == 1
+
+
+def test_a_hand_that_is_not_there_is_named(run, tmp_path):
+    said = run("grasp", "--task", "cube-raise", "--hand", tmp_path / "none.xml")
+    assert said.code == 2
+    assert "none.xml: no such file" in said.err
+
+
+def test_without_a_hand_nothing_is_said_of_one(run):
+    said = run("grasp", "demonstrator", "--task", "cube-raise", "--json")
+    assert "robot_hand" not in json.loads(said.out)
+    assert Conditions().base == json.loads(said.out)["per_trial"][0]["base"]
