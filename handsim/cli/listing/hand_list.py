@@ -53,8 +53,8 @@ def hands(json: JsonFlag = False) -> None:
     say_wrapped(
         "`handsim hand inspect FILE -o sheet.png` reads MJCF or URDF, draws where palm and "
         "fingertips are, and writes sheet.toml. It reads other hands as well: correct sheet.toml "
-        "where the picture is wrong, and give it by --map. `handsim grasp --hand FILE` lets the hand "
-        "follow a controller.",
+        "where the picture is wrong, and give it by --map. `handsim grasp --hand FILE` lets the "
+        "hand follow a controller.",
         indent=2,
     )
 

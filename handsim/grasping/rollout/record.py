@@ -63,7 +63,10 @@ class JudgedScene(Protocol):
 
     @property
     def object(self) -> "GraspObject":
-        """The object to grasp."""
+        """The object to grasp.
+
+        :meta private:
+        """
         ...
 
     @property
