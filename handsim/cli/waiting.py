@@ -21,6 +21,9 @@ LONGEST_SILENCE = 9.0
 
 _last = [perf_counter()]
 """When something was last said, or a command began."""
+_working: list[Event] = []
+"""Work that goes on, the innermost last, which alone speaks: what began it waits for it."""
+_SOON = 0.005  # least time between two looks at the clock [s]
 
 
 def heard() -> None:
@@ -103,13 +106,14 @@ def _lines(label: str) -> "Generator[Progress, None, None]":
         done[0] = fraction
 
     def speak() -> None:
-        while not ended.wait(max(0.0, _last[0] + LONGEST_SILENCE - perf_counter())):
-            if perf_counter() >= _last[0] + LONGEST_SILENCE:
+        while not ended.wait(max(_SOON, _last[0] + LONGEST_SILENCE - perf_counter())):
+            if perf_counter() >= _last[0] + LONGEST_SILENCE and _working[-1] is ended:
                 with suppress(OSError, ValueError):  # nobody listens; or it has been closed
                     sys.stderr.write(f"{label}: {how_far(done[0], perf_counter() - begun)}\n")
                     sys.stderr.flush()
                 heard()
 
+    _working.append(ended)
     speaker = Thread(target=speak, daemon=True)
     speaker.start()
     try:
@@ -117,3 +121,4 @@ def _lines(label: str) -> "Generator[Progress, None, None]":
     finally:
         ended.set()
         speaker.join()
+        _working.remove(ended)

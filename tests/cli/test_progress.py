@@ -120,6 +120,19 @@ def test_the_line_comes_to_a_silence_that_began_before(monkeypatch, capsys) -> N
     assert capsys.readouterr().err in ("waiting: 0 s so far\n", "waiting: 1 s so far\n")
 
 
+def test_of_work_within_work_the_innermost_speaks(monkeypatch, capsys) -> None:
+    """Outer work may also have been left alone, as an iterator that nobody ends."""
+    monkeypatch.setattr(waiting, "LONGEST_SILENCE", 0.3)
+    waiting.heard()
+    with fraction_done("outer"):
+        with fraction_done("inner"):
+            time.sleep(0.8)
+        assert "inner: " in (said := capsys.readouterr().err)
+        assert "outer" not in said
+        time.sleep(0.8)
+    assert "outer: " in capsys.readouterr().err
+
+
 def test_what_is_interrupted_stops_speaking(capsys) -> None:
     before = threading.active_count()
     with pytest.raises(KeyboardInterrupt), fraction_done("waiting"):
