@@ -105,15 +105,7 @@ def attach_hand(
     scene.worldbody.add_body(name=target, pos=pos, quat=quat, mocap=True)
     forearm = mount_hand(scene, size, "world", pos, quat, prefix=prefix)
     forearm.add_freejoint(name=f"{prefix}forearm")
-    scene.add_equality(
-        name=f"{prefix}forearm_weld",
-        type=mujoco.mjtEq.mjEQ_WELD,
-        objtype=mujoco.mjtObj.mjOBJ_BODY,
-        name1=target,
-        name2=f"{prefix}forearm",
-        solref=WELD_SOLREF,
-        data=[0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0],  # same place, torque scale 1
-    )
+    weld_to_mocap(scene, f"{prefix}forearm_weld", target, f"{prefix}forearm")
 
 
 def mount_hand(
@@ -189,16 +181,34 @@ def _add_hand(scene: mujoco.MjSpec, carrier: mujoco.MjsBody, size: HandSize) -> 
     return bodies["forearm"]
 
 
+def give_skin(geom: mujoco.MjsGeom) -> None:
+    """Let a geom touch things as the hand does, with `FRICTION`."""
+    geom.priority = 1
+    geom.condim = 4  # an ellipsoid touches in one point: without torsion, things would spin
+    geom.friction = FRICTION
+    geom.solref = CONTACT_SOLREF
+
+
+def weld_to_mocap(scene: mujoco.MjSpec, name: str, target: str, body: str) -> None:
+    """Let a free body follow a mocap body, as what carries a free hand does."""
+    scene.add_equality(
+        name=name,
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1=target,
+        name2=body,
+        solref=WELD_SOLREF,
+        data=[0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0],  # same place, torque scale 1
+    )
+
+
 def _add_defaults(spec: mujoco.MjSpec) -> None:
     hand = spec.add_default("hand", spec.default)
     geom = hand.geom
     geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
     geom.material = "skin"
     geom.density = DENSITY
-    geom.priority = 1
-    geom.condim = 4  # an ellipsoid touches in one point: without torsion, things would spin
-    geom.friction = FRICTION
-    geom.solref = CONTACT_SOLREF
+    give_skin(geom)
     hand.joint.type = mujoco.mjtJoint.mjJNT_HINGE
     hand.joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     hand.joint.damping = [JOINT_DAMPING, 0, 0]

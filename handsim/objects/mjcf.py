@@ -31,6 +31,7 @@ __all__ = [
     "object_by_name",
     "object_from_mesh",
     "read_mesh",
+    "surface_of",
 ]
 
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
@@ -134,7 +135,7 @@ def _add_shapes(
 ) -> None:
     for i, piece in enumerate(pieces):
         name = piece.mesh if isinstance(piece.mesh, str) else f"{body.name}_{i}"
-        mesh = read_mesh(name) if isinstance(piece.mesh, str) else piece.mesh
+        mesh = surface_of(piece)
         spec.add_mesh(
             name=name,
             uservert=mesh.vertices.ravel(),
@@ -219,6 +220,11 @@ def _add_hinge(spec: mujoco.MjSpec, body: mujoco.MjsBody, hinge: Hinge, start: f
 
 
 @lru_cache(maxsize=64)
+def surface_of(piece: Piece) -> TriangleMesh:
+    """Return the surface of a piece, from its file where it has one."""
+    return read_mesh(piece.mesh) if isinstance(piece.mesh, str) else piece.mesh
+
+
 def read_mesh(name: str) -> TriangleMesh:
     """Read ``assets/objects/<name>.obj``: its ``v`` and ``f`` lines, triangles only.
 

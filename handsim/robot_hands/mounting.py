@@ -7,11 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError, UnknownNameError
+from handsim.hand.mjcf import weld_to_mocap
 from handsim.robot_hands.hand_frames import AttachedFrame
 from handsim.types import Array
-
-WELD_SOLREF = (0.005, 1.0)
-"""Time constant [s] and damping ratio of the weld that carries the base, as of the own hand."""
 
 
 def mount_robot_hand(
@@ -63,15 +61,7 @@ def mount_robot_hand(
         target = f"{base}_target"
         scene.worldbody.add_body(name=target, pos=pos, quat=quat, mocap=True)
         carried.add_freejoint(name=base)
-        scene.add_equality(
-            name=f"{base}_weld",
-            type=mujoco.mjtEq.mjEQ_WELD,
-            objtype=mujoco.mjtObj.mjOBJ_BODY,
-            name1=target,
-            name2=base,
-            solref=WELD_SOLREF,
-            data=[0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0],  # same place, torque scale 1
-        )
+        weld_to_mocap(scene, f"{base}_weld", target, base)
         # A free body needs mass, and the hand's own is all in bodies that it carries.
         carried.mass, carried.inertia = 1e-3, np.full(3, 1e-6)
         carried.explicitinertial = True

@@ -112,7 +112,7 @@ def build_scene(
             attach_hand(spec, hand, pos, quat)
         _add_palm_camera(spec, quat)
         if friction is not None:
-            _set_hand_friction(spec, friction)
+            set_hand_friction(spec, friction)
     return spec
 
 
@@ -257,7 +257,14 @@ def _add_grasp_site(body: mujoco.MjsBody, grasp: Grasp) -> None:
     )
 
 
-def _set_hand_friction(spec: mujoco.MjSpec, friction: float) -> None:
+def set_hand_friction(spec: mujoco.MjSpec, friction: float) -> None:
+    """Give the hand sliding friction, and torsional in proportion.
+
+    Raises
+    ------
+    InputError
+        If skin cannot be like that (`HAND_FRICTION_RANGE`).
+    """
     low, high = HAND_FRICTION_RANGE
     if not low <= friction <= high:
         raise InputError(f"friction {friction:g} of the hand is outside {low:g} to {high:g}")

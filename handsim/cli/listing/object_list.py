@@ -69,8 +69,7 @@ def _size(thing: "GraspObject") -> "Array":
     """Return the sides (3,) [m] of the box around what is seen, hinges at 0."""
     import numpy as np
 
-    from handsim.objects.mjcf import read_mesh
+    from handsim.objects.mjcf import surface_of
 
     pieces = (*thing.pieces, *(piece for link in thing.links for piece in link.pieces))
-    meshes = [read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in pieces]
-    return np.ptp(np.concatenate([mesh.vertices for mesh in meshes]), axis=0)
+    return np.ptp(np.concatenate([surface_of(piece).vertices for piece in pieces]), axis=0)

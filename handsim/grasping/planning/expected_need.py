@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from handsim.grasping.gripping.need import HandContacts, least_grip
 from handsim.hand.mjcf import FRICTION
-from handsim.objects.mjcf import read_mesh
+from handsim.objects.mjcf import surface_of
 from handsim.objects.object import GraspObject, TriangleMesh
 from handsim.physics import GRAVITY
 from handsim.tasks.task import Task
@@ -41,7 +41,7 @@ def centre_of_mass(grasp_object: GraspObject) -> Array:
     """Return an object's centre of mass in its own frame, with all hinges at 0, (3,) [m]."""
     pieces = [*grasp_object.pieces, *(p for link in grasp_object.links for p in link.pieces)]
     masses = np.array([piece.mass for piece in pieces])
-    meshes = [read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in pieces]
+    meshes = [surface_of(piece) for piece in pieces]
     return masses @ np.array([_centroid(mesh) for mesh in meshes]) / masses.sum()
 
 

@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from handsim.errors import FileError, InputError
+from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions, Hard, made_hard, perturb
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
-from handsim.grasping.planning.plan_store import PlanStore, StoredPlan, counted
+from handsim.grasping.planning.plan_store import Note, PlanStore, StoredPlan, counted
 from handsim.grasping.planning.planner import SEEDS, plan_grasp, replayed_plan, run_plan
 from handsim.grasping.pool import Pool, processes
 from handsim.grasping.rollout.compiled_scene import Scene
@@ -24,8 +24,6 @@ from handsim.tasks.task import Task
 Grasper = Callable[[Task, Conditions], Rollout]
 """Grasps a task under the given conditions."""
 Mode = Literal["plan", "replay"]
-Note = Callable[[str], None]
-"""Called with a line of text for people."""
 
 ATTEMPTS = 2
 """Searches for a plan that holds before one that does not is kept and used.
@@ -228,10 +226,7 @@ class ControllerGrasper:
         """Store a plan and return it; where the store cannot be written, it stays in memory."""
         self.made[task.name] = stored
         if self.store is not None:
-            try:
-                self.store.add(task.name, stored)
-            except (FileError, OSError) as error:
-                self._tell(f"plan of {task.name} is used, but could not be kept: {error}")
+            self.store.keep(task.name, stored, self.note)
         return stored.plan
 
     def _note_again(self, wanted: Wanted) -> None:

@@ -24,7 +24,7 @@ from handsim.grasping.rollout.jobs import FEELING, MOST_FELT
 from handsim.grasping.rollout.record import JudgedScene
 from handsim.grasping.rollout.sensing import NO_SENSORS
 from handsim.hand.mjcf import PASSING_PAIRS
-from handsim.objects.mjcf import read_mesh
+from handsim.objects.mjcf import read_mesh, surface_of
 from handsim.objects.object import Collider, GraspObject, Piece
 from handsim.tasks.rules import LIMITS
 from handsim.tasks.task import Task
@@ -152,7 +152,7 @@ def object_content(grasp_object: GraspObject) -> dict[str, Any]:
 def _shapes(pieces: Iterable[Piece], colliders: Iterable[Collider]) -> list[tuple[Any, ...]]:
     found: list[tuple[Any, ...]] = []
     for piece in pieces:
-        mesh = read_mesh(piece.mesh) if isinstance(piece.mesh, str) else piece.mesh
+        mesh = surface_of(piece)
         found.append((mesh.vertices, mesh.faces, piece.mass))
     for each in colliders:
         points = read_mesh(each.mesh).vertices if each.mesh else each.points

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ MAX_COMPONENTS = 5
 """Greatest number of coordinates of a destination in a subspace."""
 
 _Stored = dict[str, Any]
+Note = Callable[[str], None]
+"""Called with a line of text for people."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +117,21 @@ class PlanStore:
         except OSError as error:
             raise FileError(f"{self.path}: cannot be written ({error.strerror})") from error
 
+    def keep(self, task: str, stored: StoredPlan, note: Note | None) -> None:
+        """Store a plan as `add`; where the store cannot be written, a line says so and that is all.
+
+        Parameters
+        ----------
+        task, stored
+        note
+            Called with that line.
+        """
+        try:
+            self.add(task, stored)
+        except (FileError, OSError) as error:
+            if note is not None:
+                note(f"plan of {task} is used, but could not be kept: {error}")
+
     def _stored(self) -> tuple[int, dict[str, _Stored]]:
         """Return schema and plans as they are in the file."""
         if not self.path.is_file():
@@ -164,6 +182,16 @@ def plan_store(folder: Path, controller_digest: str, conditions: Conditions) -> 
     """
     size = counted(conditions.hand)
     hand = f"{size.length:.6f} {size.breadth:.6f} {size.side} {conditions.base}"
+    return store_of(folder, controller_digest, hand, size)
+
+
+def store_of(
+    folder: Path, controller_digest: str, hand: str, size: HandSize | None = None
+) -> PlanStore:
+    """Return the store of a controller's plans for a hand of which a text says all.
+
+    ``size`` is that of a person's hand.
+    """
     owner = hashlib.sha256(f"{controller_digest} {hand}".encode()).hexdigest()[:16]
     return PlanStore(folder / f"{owner}.json", owner, controller_digest, size)
 

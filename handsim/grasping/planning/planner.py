@@ -194,14 +194,46 @@ def run_plan(
 
 def brief_cost(controller: GraspController, scene: Scene, plan: GraspPlan) -> float:
     """Return the cost of a run that ends once the object is lost, as searches make them."""
-    try:
-        controller.check_goal(plan.goal_in(controller.subspace))
-    except InputError:  # the controller refuses it
+    if refused(controller, plan):
         return NO_WAY
     far = out_of_reach(scene, plan)
     if far is not None:
         return far
     return cost_of(run_plan(controller, scene, plan, brief=True), scene.task)
+
+
+def refused(controller: GraspController, plan: GraspPlan) -> bool:
+    """Whether a controller cannot lead to the destination of a plan."""
+    try:
+        controller.check_goal(plan.goal_in(controller.subspace))
+    except InputError:
+        return True
+    return False
+
+
+def aimed_at(controller: GraspController, plan: GraspPlan, z: Array) -> GraspPlan:
+    """Return a plan with the destination z (n_components,) [rad] and its posture."""
+    q_goal = clip_to_range(controller.subspace.inverse_transform(z))
+    return replace(plan, z_goal=z, q_goal=q_goal)
+
+
+def varied(
+    controller: GraspController, plan: GraspPlan, point: Array, box: tuple[Array, Array]
+) -> GraspPlan:
+    """Return a plan changed by ``point`` (n_components + 9,), in units of `STEPS`.
+
+    Its destination stays in ``box``, as of `destination_box`.
+    """
+    n = len(controller.subspace.components_)
+    z = np.clip(plan.goal_in(controller.subspace) + STEPS["z"] * point[:n], *box)
+    turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
+    return replace(
+        aimed_at(controller, plan, z),
+        palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
+        squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
+        arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
+        grip=plan.grip * float(np.exp(STEPS["grip"] * point[n + 8])),
+    )
 
 
 def destination_box(controller: GraspController) -> tuple[Array, Array]:
@@ -253,10 +285,9 @@ class _Search:
             taken.append(fit.z)
             plans.append(
                 replace(
-                    self.scripted,
+                    aimed_at(self.controller, self.scripted, fit.z),
                     palm=fit.palm,
                     q_start=clip_to_range(record.q_start),
-                    **self._destination(fit.z),
                     squeeze=fit.squeeze,
                 )
             )
@@ -281,13 +312,6 @@ class _Search:
     def _aimed(self, plan: GraspPlan) -> GraspPlan:
         return replace(plan, z_goal=plan.goal_in(self.controller.subspace))
 
-    def _destination(self, z: Array) -> dict[str, Array]:
-        """Return a destination as fields of a plan: coordinates and posture."""
-        return {
-            "z_goal": z,
-            "q_goal": clip_to_range(self.controller.subspace.inverse_transform(z)),
-        }
-
     def from_start(self, start: GraspPlan, effort: Effort, seed: int) -> tuple[float, GraspPlan]:
         """Search around a plan; return the least cost found and its plan. ``start`` counts too."""
         cost, point = minimise(
@@ -300,18 +324,8 @@ class _Search:
         return cost, self.varied(start, point)
 
     def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
-        """Return a plan changed by ``point`` (n_varied,), in units of `STEPS`."""
-        n = len(self.controller.subspace.components_)
-        z = np.clip(plan.goal_in(self.controller.subspace) + STEPS["z"] * point[:n], *self.box)
-        turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
-        return replace(
-            plan,
-            palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
-            **self._destination(z),
-            squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
-            arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
-            grip=plan.grip * float(np.exp(STEPS["grip"] * point[n + 8])),
-        )
+        """Return a plan changed by ``point`` (n_varied,), as `varied` of this module."""
+        return varied(self.controller, plan, point, self.box)
 
     def confirmed(self, plan: GraspPlan, cost: float) -> tuple[float, GraspPlan]:
         """Return how often a plan holds in runs that no search has seen, and the plan.

@@ -1,19 +1,16 @@
 """A grasper that lets a robot hand follow a controller, and keeps its plans."""
 
-import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 from handsim.digests import content_digest
-from handsim.errors import FileError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_key import PlanKey, key_of
-from handsim.grasping.planning.plan_store import PlanStore, StoredPlan
+from handsim.grasping.planning.plan_store import Note, PlanStore, StoredPlan, store_of
 from handsim.grasping.robots.robot_grip import GRIP_SETTINGS
 from handsim.grasping.robots.robot_movement import WIDER
 from handsim.grasping.robots.robot_planner import RobotGrasps, plan_robot_grasp
@@ -21,10 +18,11 @@ from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_start import ARRIVALS, clear_of_table
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
+from handsim.objects.object import GraspObject
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.tasks.task import Task
-from handsim.types import MEDIAN_HAND, HandSize
+from handsim.types import MEDIAN_HAND
 
 OPENING_SCALE = 1.0
 """Openings keep the width of the objects, whatever the size of the robot."""
@@ -54,7 +52,7 @@ class RobotGrasper:
     people: ControllerGrasper
     robot: RobotHand
     folder: Path | None = None
-    note: Callable[[str], None] | None = None
+    note: Note | None = None
     made: dict[str, StoredPlan] = field(
         default_factory=dict[str, StoredPlan], repr=False, compare=False
     )
@@ -70,6 +68,11 @@ class RobotGrasper:
             self.people.controller, Retargeter(self.robot, opening_scale=OPENING_SCALE)
         )
 
+    @property
+    def usual(self) -> Conditions:
+        """The conditions that are planned for."""
+        return self.conditions_of(Conditions())
+
     def conditions_of(self, conditions: Conditions) -> Conditions:
         """Return conditions with the base and the side of the robot."""
         size = replace(MEDIAN_HAND, side=self.robot.side)
@@ -77,51 +80,48 @@ class RobotGrasper:
 
     def __call__(self, task: Task, conditions: Conditions) -> Rollout:
         """Grasp ``task``; a plan that is missing is made first, for nominal conditions."""
-        asked = self.conditions_of(conditions)
-        scene = RobotScene.build(task, asked, self.robot)
-        return self.grasps.run(scene, self.plan_for(task, asked))
+        scene = RobotScene.build(task, self.conditions_of(conditions), self.robot)
+        return self.grasps.run(scene, self.plan_for(task))
 
-    def plan_for(self, task: Task, conditions: Conditions) -> GraspPlan:
+    def plan_for(self, task: Task) -> GraspPlan:
         """Return the stored plan of a task, or search and store it."""
-        usual = self.conditions_of(Conditions())
-        scene = RobotScene.build(task, usual, self.robot)
-        key, store = key_of_robot(scene), self._store(scene)
+        key = _usual_key(task, task.object, self.usual, self.robot)
+        store = self._store(key)
         stored = self.made.get(task.name)
         if stored is None and store is not None:
             stored = store.entries().get(task.name)
         if stored is not None and stored.key == key:
             return stored.plan
-        self._tell(f"plan of {task.name} is searched for this hand, which takes minutes")
-        started = self._start(task, scene)
+        if self.note is not None:
+            self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
+        started = self._start(task)
         starts = [replace(started, arrive=arrive) for arrive in ARRIVALS]
-        plan, run = plan_robot_grasp(self.grasps, task, usual, starts)
+        plan, run = plan_robot_grasp(self.grasps, task, self.usual, starts)
         self.made[task.name] = made = StoredPlan(plan, run.outcome.success, key)
         if store is not None:
-            try:
-                store.add(task.name, made)
-            except (FileError, OSError) as error:
-                self._tell(f"plan of {task.name} is used, but could not be kept: {error}")
+            store.keep(task.name, made, self.note)
         return plan
 
-    def _start(self, task: Task, scene: RobotScene) -> GraspPlan:
+    def _start(self, task: Task) -> GraspPlan:
         """Return the plan of a person's hand with which a search begins."""
-        of_person = Conditions(
-            hand=HandSize(MEDIAN_HAND.length, MEDIAN_HAND.breadth, self.robot.side)
-        )
+        of_person = replace(self.usual, base="arm")
         plan = self.people.plan_for(task, Scene.build(task, of_person))
+        scene = RobotScene.build(task, self.usual, self.robot)
         return clear_of_table(self.grasps.retargeter, scene, plan)
 
-    def _store(self, scene: RobotScene) -> PlanStore | None:
+    def _store(self, key: PlanKey) -> PlanStore | None:
         """Return the store of this hand's plans."""
         if self.folder is None:
             return None
-        digest = f"{self.people.controller.digest} {key_of_robot(scene).hand}"
-        owner = hashlib.sha256(digest.encode()).hexdigest()[:16]
-        return PlanStore(self.folder / f"{owner}.json", owner)
+        return store_of(self.folder, self.people.controller.digest, key.hand)
 
-    def _tell(self, line: str) -> None:
-        if self.note is not None:
-            self.note(line)
+
+@lru_cache(maxsize=256)
+def _usual_key(
+    task: Task, grasp_object: GraspObject, conditions: Conditions, robot: RobotHand
+) -> PlanKey:
+    """Build the scene that is planned for and return its key."""
+    return key_of_robot(RobotScene.build(task, conditions, robot))
 
 
 def key_of_robot(scene: RobotScene) -> PlanKey:

@@ -134,8 +134,8 @@ def robot_movement(
     squeezed = commands.schedule.squeeze_start + commands.schedule.squeeze
     wider = WIDER * (1.0 - ramp(commands.times[different], arrival, squeezed - arrival))
     told = np.clip(x[: len(way)] - wider[:, None] * (closed - end), robot.lower, robot.upper)
-    mine = _middle(robot, told, fingers)
-    theirs = _middle(retargeter.person.hand, way[:, retargeter.person.glove], fingers)
+    mine = middle_between(robot, told, fingers)
+    theirs = middle_between(retargeter.person.hand, way[:, retargeter.person.glove], fingers)
     shift = (theirs - theirs[-1]) - (mine - mine[-1])
     return RobotMovement(
         postures,
@@ -148,7 +148,7 @@ def robot_movement(
     )
 
 
-def _middle(hand: RobotHand, x: Array, fingers: Sequence[Finger]) -> Array:
+def middle_between(hand: RobotHand, x: Array, fingers: Sequence[Finger]) -> Array:
     """Return the points midway between the thumb and some fingers, (n, 3) [m], palm's frame."""
     (points, _, _), _ = hand.poses_in(hand.link_frames(x))
     others = points[:, [hand.fingers.index(finger) for finger in fingers]].mean(axis=1)

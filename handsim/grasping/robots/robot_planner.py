@@ -11,12 +11,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
-from handsim.grasping.planning.planner import ARRIVAL_RANGE, NO_WAY, STEPS, destination_box
+from handsim.grasping.planning.planner import NO_WAY, destination_box, refused, varied
 from handsim.grasping.planning.search import (
     cost_of,
     minimise,
@@ -33,11 +31,10 @@ from handsim.grasping.rollout.commands import Commands, expected_path
 from handsim.grasping.rollout.drivers import learned_driver
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.record import Rollout
-from handsim.joints import N_JOINTS, clip_to_range
+from handsim.joints import N_JOINTS
 from handsim.learning.controller import GraspController
 from handsim.retargeting.retarget import Retargeter
 from handsim.tasks.task import Task
-from handsim.types import Array
 
 GENERATIONS = 7
 """Of the search."""
@@ -65,7 +62,7 @@ class RobotGrasps:
 
     def run(self, scene: RobotScene, plan: GraspPlan, *, brief: bool = False) -> Rollout:
         """Grasp on a scene by the plan of a person's hand, which the robot follows."""
-        schedule, subspace = self.schedule(scene), self.controller.subspace
+        schedule = self.schedule(scene)
         # No lead: the robot's servos have their own.
         driver = learned_driver(
             self.controller, plan, np.zeros(N_JOINTS), schedule, scene.task.object_name
@@ -73,8 +70,8 @@ class RobotGrasps:
         usual = Commands.of(plan, scene.task, schedule, self.retargeter.person.size)
         arrival = plan.arrive * schedule.reach
         movement = robot_movement(self.retargeter, driver, usual, arrival, scene.gripping)
-        goal = clip_to_range(subspace.inverse_transform(plan.goal_in(subspace)))
-        palm = palm_for(self.retargeter, plan.palm, goal, movement.told[-1], scene.gripping)
+        q, x = driver.destination, movement.told[-1]
+        palm = palm_for(self.retargeter, plan.palm, q, x, scene.gripping)
         pos, quat = expected_path(replace(plan, palm=palm), scene.task, schedule).poses(usual.times)
         commands = replace(usual, palm_pos=pos, palm_quat=quat).disturbed(
             scene.conditions, DataGlove()
@@ -91,9 +88,7 @@ class RobotGrasps:
 
     def cost(self, scene: RobotScene, plan: GraspPlan) -> float:
         """Return the cost of a run that ends once the object is lost."""
-        try:
-            self.controller.check_goal(plan.goal_in(self.controller.subspace))
-        except InputError:  # the controller refuses it
+        if refused(self.controller, plan):
             return NO_WAY
         return cost_of(self.run(scene, plan, brief=True), scene.task)
 
@@ -142,22 +137,3 @@ def plan_robot_grasp(
     )
     plan = varied(grasps.controller, start, point, box)
     return plan, grasps.run(RobotScene.build(task, conditions, robot), plan)
-
-
-def varied(
-    controller: GraspController, plan: GraspPlan, point: Array, box: tuple[Array, Array]
-) -> GraspPlan:
-    """Return a plan changed by ``point`` (n_components + 9,), in units of `STEPS`."""
-    subspace = controller.subspace
-    n = len(subspace.components_)
-    z = np.clip(plan.goal_in(subspace) + STEPS["z"] * point[:n], *box)
-    turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
-    return replace(
-        plan,
-        palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
-        z_goal=z,
-        q_goal=clip_to_range(subspace.inverse_transform(z)),
-        squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
-        arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
-        grip=plan.grip * float(np.exp(STEPS["grip"] * point[n + 8])),
-    )

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from handsim.grasping.plan import GraspPlan
+from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.robots.robot_grip import RobotGrip
 from handsim.grasping.robots.robot_movement import RobotMovement
 from handsim.grasping.robots.robot_scene import RobotScene
@@ -123,8 +123,9 @@ class _Run:
     def make(self, brief: bool) -> int:
         """Make the run and return how many readings it has."""
         model, data, sensors = self._scene.model, self._scene.data, self._sensors
-        self._start()
-        n = len(self._commands.times)
+        commands = self._commands
+        self._scene.pose(Pose(commands.palm_pos[0], commands.palm_quat[0]), self._told[0])
+        n = len(commands.times)
         for tick in range(n):
             self._command(tick)
             for name, live in self._live.items():
@@ -136,19 +137,6 @@ class _Run:
             if self.unstable or (brief and self._is_over(tick)):
                 return tick + 1
         return n
-
-    def _start(self) -> None:
-        """Put the robot where its movement begins, at rest."""
-        scene, commands = self._scene, self._commands
-        model, data, x = scene.model, scene.data, self._told[0]
-        mujoco.mj_resetData(model, data)
-        data.qpos[scene.joint_index] = scene.robot.joint_positions(x)
-        data.ctrl[scene.ctrl_index] = scene.robot.commands(x)
-        free = int(model.joint("forearm").qposadr[0])
-        data.qpos[free : free + 3] = commands.palm_pos[0]
-        data.qpos[free + 3 : free + 7] = commands.palm_quat[0]
-        data.mocap_pos[0], data.mocap_quat[0] = commands.palm_pos[0], commands.palm_quat[0]
-        mujoco.mj_forward(model, data)
 
     def _command(self, tick: int) -> None:
         """Read the fingertips and command hand and base."""

@@ -11,15 +11,15 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import Pose
 from handsim.grasping.rollout.compiled_scene import front_end
 from handsim.grasping.rollout.sensing import add_sensors
-from handsim.hand.mjcf import FRICTION, WELD_SOLREF
+from handsim.hand.mjcf import give_skin, weld_to_mocap
 from handsim.joints import FINGERS, Finger
 from handsim.objects.object import GraspObject
-from handsim.physics import CONTACT_SOLREF
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.robot_hands.mounting import mount_robot_hand
-from handsim.tasks.scene import build_scene
+from handsim.tasks.scene import build_scene, set_hand_friction
 from handsim.tasks.task import Task
 from handsim.types import Array, Index
 
@@ -113,6 +113,20 @@ class RobotScene:
             robot.finger_of_coordinates(),
         )
 
+    def pose(self, palm: Pose, x: Array) -> None:
+        """Put the robot's palm at a pose in the world and its coordinates at x (m,), at rest.
+
+        Everything else is put back to where the model has it; servos and base are to stay there.
+        """
+        model, data = self.model, self.data
+        mujoco.mj_resetData(model, data)
+        data.qpos[self.joint_index] = self.robot.joint_positions(x)
+        data.ctrl[self.ctrl_index] = self.robot.commands(x)
+        free = int(model.joint("forearm").qposadr[0])
+        data.qpos[free : free + 3], data.qpos[free + 3 : free + 7] = palm.pos, palm.quat
+        data.mocap_pos[0], data.mocap_quat[0] = palm.pos, palm.quat
+        mujoco.mj_forward(model, data)
+
 
 def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mujoco.MjSpec:
     """Build table, object and a robot hand on a free base that follows ``forearm_target``.
@@ -139,11 +153,9 @@ def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mu
             spec.body("palm").add_body(name=f"{finger}_missing")
     for body in base.find_all(mujoco.mjtObj.mjOBJ_BODY):
         body.gravcomp = 1.0
-    torsion = FRICTION[1] * conditions.friction / FRICTION[0]
     for geom in base.find_all(mujoco.mjtObj.mjOBJ_GEOM):
-        geom.priority, geom.condim = 1, 4
-        geom.friction = [conditions.friction, torsion, FRICTION[2]]
-        geom.solref = CONTACT_SOLREF
+        give_skin(geom)
+    set_hand_friction(spec, conditions.friction)
     return spec
 
 
@@ -163,15 +175,7 @@ def _add_base(spec: mujoco.MjSpec) -> mujoco.MjsBody:
         group=4,  # is not drawn
     )
     base.add_body(name="palm")
-    spec.add_equality(
-        name="forearm_weld",
-        type=mujoco.mjtEq.mjEQ_WELD,
-        objtype=mujoco.mjtObj.mjOBJ_BODY,
-        name1="forearm_target",
-        name2="forearm",
-        solref=WELD_SOLREF,
-        data=[0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0],  # same place, torque scale 1
-    )
+    weld_to_mocap(spec, "forearm_weld", "forearm_target", "forearm")
     return base
 
 

@@ -1,16 +1,16 @@
 """Where a robot's palm goes first: its fingertips where a person's pads are, clear of the table."""
-# pyright: reportAttributeAccessIssue=false
-# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handsim.grasping.plan import GraspPlan, Pose
+from handsim.grasping.robots.robot_movement import middle_between
 from handsim.grasping.robots.robot_scene import RobotScene
+from handsim.grasping.rollout.commands import expected_object
+from handsim.grasping.rollout.sensing import Sensors
 from handsim.joints import FINGERS, Finger
 from handsim.retargeting.retarget import Retargeter
 from handsim.types import Array
@@ -44,9 +44,8 @@ def clear_of_table(retargeter: Retargeter, scene: RobotScene, plan: GraspPlan) -
     person = retargeter.person.hand
     way = np.linspace(plan.q_start, plan.q_goal, WAY)
     x = retargeter.retarget(way).positions[-1, retargeter.robot.joint_map.free]
-    pads = person.forward(plan.q_goal[retargeter.person.glove]).points
-    fingers = [FINGERS.index(finger) for finger in scene.gripping]
-    between = 0.5 * (pads[FINGERS.index("thumb")] + pads[fingers].mean(axis=0))
+    q = plan.q_goal[retargeter.person.glove]
+    between = middle_between(person, q[None], scene.gripping)[0]
     middle = plan.palm.pos + plan.palm.rotation.apply(between)
     line = np.array(scene.task.grasp.opposition) / np.linalg.norm(scene.task.grasp.opposition)
     found: list[tuple[float, GraspPlan]] = []
@@ -101,20 +100,9 @@ def overlap_with_table(scene: RobotScene, palm: Pose, x: Array) -> float:
     x : (m,)
         Its coordinates.
     """
-    model, data = scene.model, scene.data
-    turn = Rotation.from_euler("z", np.deg2rad(scene.task.yaw_deg))
-    there = Pose(np.zeros(3), turn.as_quat(scalar_first=True)) @ palm
-    mujoco.mj_resetData(model, data)
-    free = int(model.joint("forearm").qposadr[0])
-    data.qpos[free : free + 7] = np.concatenate([there.pos, there.quat])
-    data.qpos[scene.joint_index] = scene.robot.joint_positions(x)
-    mujoco.mj_forward(model, data)
-    table, hand = model.geom("table").id, model.body_rootid[model.body("forearm").id]
-    contact = data.contact
-    pairs = contact.geom
-    roots = model.body_rootid[model.geom_bodyid[pairs]]
-    touching = (pairs == table).any(axis=1) & (roots == hand).any(axis=1)
-    return max(0.0, -float(contact.dist[touching].min(initial=0.0)))
+    scene.pose(expected_object(scene.task) @ palm, x)
+    sensors = Sensors(scene.model)
+    return float(sensors.table(scene.data.sensordata[sensors.first :])[1])
 
 
 def _corners(points: Array, directions: Array, backs: Array) -> Array:

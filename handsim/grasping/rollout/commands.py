@@ -170,9 +170,13 @@ def read_at(schedule: Schedule) -> Array:
 
 def expected_path(plan: GraspPlan, task: Task, schedule: Schedule) -> PalmPath:
     """Return the palm's path to an object that stands as the task says."""
+    return PalmPath(plan, task, schedule, expected_object(task))
+
+
+def expected_object(task: Task) -> Pose:
+    """Return the pose in the world of an object that stands as the task says."""
     expected = Rotation.from_euler("z", np.deg2rad(task.yaw_deg))
-    there = Pose(np.zeros(3), expected.as_quat(scalar_first=True))
-    return PalmPath(plan, task, schedule, there)
+    return Pose(np.zeros(3), expected.as_quat(scalar_first=True))
 
 
 def _load(palm_pos: Array) -> Array:

@@ -14,7 +14,7 @@ from handsim.arm.reaching_arm import ReachingArm
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.rollout.sensing import add_sensors
 from handsim.hand.model import HandModel
-from handsim.objects.mjcf import read_mesh
+from handsim.objects.mjcf import surface_of
 from handsim.objects.object import GraspObject
 from handsim.tasks.scene import build_scene
 from handsim.tasks.task import Task
@@ -116,6 +116,5 @@ def _scene(task: Task, conditions: Conditions) -> mujoco.MjSpec:
 
 def front_end(grasp_object: GraspObject) -> Array:
     """Return the mean of the vertices that lie farthest along the object's x axis, (3,) [m]."""
-    meshes = (read_mesh(p.mesh) if isinstance(p.mesh, str) else p.mesh for p in grasp_object.pieces)
-    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    vertices = np.concatenate([surface_of(piece).vertices for piece in grasp_object.pieces])
     return vertices[vertices[:, 0] > vertices[:, 0].max() - 1e-5].mean(axis=0)
