@@ -77,7 +77,7 @@ def test_what_is_read_twice_is_the_same(tmp_path):
     for made in (
         lambda: read_rollout(path),
         lambda: read_recordings(EXPERIMENTS)[:2],
-        lambda: read_mesh.__wrapped__("cube"),
+        lambda: read_mesh("cube"),
         lambda: imported(tmp_path, 0.05),
     ):
         one, same = made(), made()
