@@ -33,6 +33,7 @@ from handsim.navigation._bernstein import Cells, corner_index
 from handsim.navigation.bspline import TensorBSpline
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.obstacle import ExponentialObstacle, SplineObstacle
+from handsim.reproducible import total
 from handsim.types import Array, Mask
 
 _ROUNDING = 1e-9
@@ -236,7 +237,7 @@ def _greatest_on_faces(cells: Cells, low: Array, high: Array) -> float:
             beta = ends[..., 0 if outward < 0 else 1].reshape(len(own.origin), -1)
             slope = outward * degree * np.diff(ends, axis=-1).reshape(len(beta), -1)
             slope = slope / own.size[:, i, None]
-            reach = (own.farthest(low, high) ** 2).sum(axis=1, keepdims=True) / nearest
+            reach = total(own.farthest(low, high) ** 2, 1)[:, None] / nearest
             rising = np.maximum(slope, 0.0)
             greatest = max(greatest, float(_greatest_ratio(rising * reach, 2.0 * beta).max()))
     return greatest * (1 + 1e-12)
@@ -253,7 +254,7 @@ def _rounding_of(cells: Cells, low: Array, high: Array) -> Array:
     largest = np.abs(cells.coefficients).reshape(len(extent), -1).max(axis=1)
     slopes = 2.0 * degree * largest[:, None] * extent / cells.size
     n_sums = 4 * (degree + 1) ** 2 * len(low)
-    return n_sums * np.finfo(float).eps * slopes.sum(axis=1)
+    return n_sums * np.finfo(float).eps * total(slopes, 1)
 
 
 def _greatest_ratio(numerator: Array, denominator: Array) -> Array:
@@ -266,7 +267,7 @@ def _greatest_ratio(numerator: Array, denominator: Array) -> Array:
 
 def _spent(cells: Cells, undecided: Mask) -> bool:
     """Whether another round would pass the budget, or cells are too small to matter."""
-    children = int(undecided.sum()) * 2 ** cells.origin.shape[1]
+    children = np.count_nonzero(undecided) * 2 ** cells.origin.shape[1]
     return children > _MAX_CELLS or bool(cells.size.max() < _SMALLEST)
 
 

@@ -31,6 +31,7 @@ Lengths are in units of 100 deg while learning, since gamma_d^k spans many decad
 """
 
 from collections.abc import Callable, Sequence
+from math import sqrt
 from time import perf_counter
 from typing import Literal, Self, get_args
 
@@ -54,7 +55,7 @@ from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.function import NavigationFunction, check_exponent
 from handsim.navigation.obstacle import SplineObstacle
 from handsim.navigation.workspace import KnotRule, lay_basis
-from handsim.reproducible import dot, norms
+from handsim.reproducible import dot, norms, powers
 from handsim.types import Array, Progress
 
 Solver = Literal["lbfgs", "gradient"]
@@ -256,7 +257,7 @@ class PDELearner(Estimator):
         self.parts_ = functional.parts(c)
         self.n_coefficients_ = basis.n_coefficients
         in_rad = TensorBasis(tuple(knots * _UNIT for knots in basis.knots), basis.degree)
-        beta = TensorBSpline(in_rad, c * _UNIT ** (2.0 * self.k))
+        beta = TensorBSpline(in_rad, c * powers(np.array(_UNIT), 2.0 * self.k))
         self.navigation_ = NavigationFunction(SplineObstacle(beta), self.k)
 
 
@@ -301,7 +302,7 @@ class _Trace:
 
     def __call__(self, x: Array) -> tuple[float, Array]:
         value, gradient = self._cost(x)
-        self._cost_here, self._norm_here = value, dot(gradient, gradient) ** 0.5
+        self._cost_here, self._norm_here = value, sqrt(dot(gradient, gradient))
         return value, gradient
 
     def accepted(self, x: Array) -> None:
