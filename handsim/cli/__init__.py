@@ -15,6 +15,7 @@ import typer
 from handsim.cli import (
     baseline,
     driving,
+    exporting,
     grasping,
     hand,
     learning,
@@ -55,6 +56,7 @@ for command in (
     sweeping.sweep,
     seeing.render,
     seeing.figures,
+    exporting.export,
     reporting.report,
     reporting.view,
 ):

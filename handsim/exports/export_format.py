@@ -1,0 +1,62 @@
+"""Which format a file or folder has, by its name or as it is called."""
+
+from pathlib import Path
+from typing import Literal
+
+from handsim.errors import InputError, UnknownNameError
+
+ExportFormat = Literal["pandas", "hdf5", "lerobot", "rerun"]
+
+SUFFIXES: dict[ExportFormat, tuple[str, ...]] = {
+    "pandas": (".parquet", ".csv"),
+    "hdf5": (".h5", ".hdf5"),
+    "lerobot": (),
+    "rerun": (".rrd",),
+}
+"""How the names of files end; a LeRobot data set is a folder."""
+_CALLED: dict[str, ExportFormat] = {"parquet": "pandas", "csv": "pandas"}
+"""What else formats are called; a data frame is in one of two kinds of files."""
+EXPORT_FORMATS: tuple[str, ...] = (*SUFFIXES, *_CALLED)
+
+
+def export_format(path: Path, named: str | None = None) -> ExportFormat:
+    """Return the format in which to write to ``path``.
+
+    Parameters
+    ----------
+    path
+    named
+        What the user calls it. Where nothing is named, a name without a suffix is that of a folder.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no format of that name.
+    InputError
+        If the suffix is of no format, or not of the one named.
+    """
+    if named is not None:
+        return _named(path, named.lower())
+    suffix = path.suffix.lower()
+    by_suffix = next((name for name, own in SUFFIXES.items() if suffix in own), None)
+    if by_suffix is None and suffix:
+        known = ", ".join(each for own in SUFFIXES.values() for each in own)
+        raise InputError(
+            f"{path}: suffix '{path.suffix}' is not one of {known}; a name without a suffix, or "
+            "--to lerobot, makes a LeRobot data set"
+        )
+    return by_suffix or "lerobot"
+
+
+def _named(path: Path, named: str) -> ExportFormat:
+    chosen = _CALLED.get(named, named)
+    known = next((name for name in SUFFIXES if name == chosen), None)
+    if known is None:
+        raise UnknownNameError("format", named, EXPORT_FORMATS)
+    wanted = (f".{named}",) if named in _CALLED else SUFFIXES[known]
+    if wanted and path.suffix.lower() not in wanted:
+        raise InputError(
+            f"{path}: suffix '{path.suffix}' is not one of {', '.join(wanted)}, in which {named} "
+            "is written; change the name"
+        )
+    return known
