@@ -15,7 +15,7 @@ from .errors import FileError as FileError
 from .errors import HandsimError as HandsimError
 from .errors import InputError as InputError
 from .errors import MissingToolError as MissingToolError
-from .exports.frames import to_frame as to_frame
+from .exports.data_frames import to_frame as to_frame
 from .exports.hdf5_file import write_hdf5 as write_hdf5
 from .exports.lerobot.data_set import write_lerobot as write_lerobot
 from .exports.rerun_file import write_rerun as write_rerun

@@ -11,20 +11,21 @@ from typing import Any
 
 import numpy as np
 
-from handsim.exports._libraries import library
 from handsim.exports.episode import Episode, Quantity
 from handsim.exports.export_sources import Exported, episodes_of
+from handsim.exports.libraries import library
 from handsim.files import replacing
 from handsim.grasping.rollout.record import Rollout
 
 HDF5_SCHEMA = 1
-_RAW = {
+RAW: dict[str, str] = {
     "qpos": "positions in the order of the model",
     "qvel": "velocities in the order of the model",
     "ctrl": "controls in the order of the model",
-    "mocap_pos": "commanded position of the forearm [m]",
-    "mocap_quat": "commanded orientation of the forearm, as quaternion (w, x, y, z)",
+    "mocap_pos": "commanded position of the forearm, on an arm of the palm [m]",
+    "mocap_quat": "commanded orientation of it, as quaternion (w, x, y, z)",
 }
+"""MuJoCo's own arrays of a rollout, and what they are."""
 
 
 def write_hdf5(exported: Exported, path: Path) -> None:
@@ -93,7 +94,7 @@ def _add_quantity(group: Any, quantity: Quantity) -> None:
 
 
 def _add_raw(group: Any, rollout: Rollout) -> None:
-    for name, what in _RAW.items():
+    for name, what in RAW.items():
         group.create_dataset(name, data=getattr(rollout, name)).attrs["description"] = what
     group["model_xml"] = rollout.model_xml
     for name, content in rollout.assets.items():

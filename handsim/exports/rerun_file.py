@@ -9,10 +9,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from handsim.exports._libraries import library
 from handsim.exports.episode import Episode
 from handsim.exports.episode_clip import bare_clip
 from handsim.exports.export_sources import Exported, episodes_of
+from handsim.exports.libraries import library
 from handsim.files import replacing
 from handsim.types import Progress
 from handsim.viewing.film.clips import Clip

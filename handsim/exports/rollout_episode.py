@@ -50,7 +50,10 @@ def rollout_episode(rollout: Rollout, name: str = "") -> Episode:
         task=rollout.task,
         sentence=sentence_of(rollout.task),
         time=rollout.time,
-        quantities=(*_moving(rollout, model), *_measured(rollout)),
+        quantities=(
+            *_moving(rollout, model),
+            *_measured(rollout, _free(model, "forearm") is not None),
+        ),
         facts={
             "driver": rollout.driver,
             "success": rollout.outcome.success,
@@ -90,13 +93,15 @@ def _moving(rollout: Rollout, model: mujoco.MjModel) -> list[Quantity]:
     return found
 
 
-def _measured(rollout: Rollout) -> list[Quantity]:
+def _measured(rollout: Rollout, flies: bool) -> list[Quantity]:
+    """Return what was commanded of the base, read and felt; ``flies`` is without an arm."""
+    base = "forearm" if flies else "palm"
     parts, n = CONTACT_PARTS, len(rollout.time)
     directions = tuple(f"{part}_press_{axis}" for part in parts for axis in _XYZ)
     glove = tuple(f"{name}_glove" for name in JOINT_NAMES)
     found = [
-        *pose_quantities("forearm_target", rollout.mocap_pos, rollout.mocap_quat,
-                         "that is commanded of the forearm"),
+        *pose_quantities(f"{base}_target", rollout.mocap_pos, rollout.mocap_quat,
+                         f"that is commanded of the {base}"),
         Quantity("glove", glove, ("rad",) * len(glove), rollout.reading,
                  "readings of the data glove"),
         Quantity("contact_force", tuple(f"{part}_force" for part in parts), ("N",) * len(parts),

@@ -35,7 +35,8 @@ def test_a_rollout_is_read_back_to_the_bit(with_arm: Rollout, tmp_path: Path) ->
         assert list(joints.attrs["columns"][:22]) == list(JOINT_NAMES)
         for column, values in zip(joints.attrs["columns"], joints[:].T, strict=True):
             assert np.array_equal(values, with_arm.qpos[:, model.joint(column).qposadr[0]])
-        for column, values in zip(group["targets"].attrs["columns"], group["targets"][:].T):
+        targets = group["targets"]
+        for column, values in zip(targets.attrs["columns"], targets[:].T, strict=True):
             name = column.removesuffix("_target")
             assert np.array_equal(values, with_arm.ctrl[:, model.actuator(name).id])
 
@@ -48,8 +49,8 @@ def test_units_frames_and_time_are_said(with_arm: Rollout, tmp_path: Path) -> No
         said = {name: group[name].attrs["unit"] for name in group if name not in ("time", "mujoco")}
         assert said == {
             "joints": "rad", "velocities": "rad/s", "targets": "rad", "glove": "rad", "z": "rad",
-            "object_position": "m", "object_orientation": "", "forearm_target_position": "m",
-            "forearm_target_orientation": "", "contact_force": "N", "press": "N",
+            "object_position": "m", "object_orientation": "", "palm_target_position": "m",
+            "palm_target_orientation": "", "contact_force": "N", "press": "N",
             "penetration": "m", "table_force": "N",
         }  # fmt: skip
         assert group["object_position"].attrs["frame"] == "world"

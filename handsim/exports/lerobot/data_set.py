@@ -1,18 +1,18 @@
 """Movements as a LeRobot data set, in one call.
 
-`handsim.exports.lerobot.layout` shows its files.
+`handsim.exports.lerobot.data_set_layout` shows its files.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from handsim.exports._libraries import library
 from handsim.exports.export_sources import Exported, episodes_of
+from handsim.exports.lerobot.data_set_layout import check_data_set_folder
 from handsim.exports.lerobot.features import plan_of, take_of
 from handsim.exports.lerobot.film_files import check_even, write_films
 from handsim.exports.lerobot.frame_files import columns_of, write_frames
-from handsim.exports.lerobot.layout import check_data_set_folder
 from handsim.exports.lerobot.meta_files import Written, info_of, write_meta
+from handsim.exports.libraries import library
 from handsim.files import replacing_folder
 from handsim.result import Result
 from handsim.types import Progress

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from handsim.exports._libraries import library
+from handsim.exports.lerobot.data_set_layout import DATA_MB, DATA_PATH, file_of, made
 from handsim.exports.lerobot.features import Take
-from handsim.exports.lerobot.layout import DATA_MB, DATA_PATH, file_of, made
+from handsim.exports.libraries import library
 
 Columns = dict[str, npt.NDArray[Any]]
 """What a data set holds of an episode, by name: (n,) or (n, k)."""

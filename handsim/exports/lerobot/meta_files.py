@@ -8,12 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from handsim.exports._libraries import library
-from handsim.exports.lerobot.feature_statistics import PixelCounts, statistics_of
-from handsim.exports.lerobot.features import Plan, Take
-from handsim.exports.lerobot.film_files import Films, video_feature
-from handsim.exports.lerobot.frame_files import COUNTED, Columns, Rows
-from handsim.exports.lerobot.layout import (
+from handsim.exports.lerobot.data_set_layout import (
     CHUNK,
     DATA_MB,
     DATA_PATH,
@@ -28,6 +23,11 @@ from handsim.exports.lerobot.layout import (
     file_of,
     made,
 )
+from handsim.exports.lerobot.feature_statistics import PixelCounts, statistics_of
+from handsim.exports.lerobot.features import Plan, Take
+from handsim.exports.lerobot.film_files import Films, video_feature
+from handsim.exports.lerobot.frame_files import COUNTED, Columns, Rows
+from handsim.exports.libraries import library
 
 ROBOT = "handsim"
 """What ``info.json`` calls the robot."""

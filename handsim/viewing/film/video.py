@@ -58,7 +58,8 @@ def write_video(
     fps
         Frames a second.
     key_frame_every
-        Of an mp4, how many frames apart a reader can start to decode; by default up to 250.
+        Of an mp4, how many frames apart a reader can start to decode; by default up to 250. Where
+        it is said, no frame needs a later one.
 
     Returns
     -------
@@ -137,7 +138,8 @@ def _encode(frames: Iterable[Frame], path: Path, fps: float, key_frame_every: in
     os.environ.setdefault("IMAGEIO_FFMPEG_NO_PREVENT_SIGINT", "1")
     kind = path.suffix.lower()
     options = dict(_OPTIONS[kind])
-    apart = () if key_frame_every is None else ("-g", str(key_frame_every))
+    # Without frames that need later ones, which some readers of single frames do not take.
+    apart = () if key_frame_every is None else ("-g", str(key_frame_every), "-bf", "0")
     options["output_params"] = [*options["output_params"], *apart]  # imageio appends to it
     # `extension`: imageio offers its ffmpeg for films alone; ffmpeg itself goes by the path.
     file = iio.imopen(path, "w", plugin="FFMPEG", extension=".mp4", legacy_mode=True)

@@ -17,10 +17,10 @@ from handsim.exports.episode_clip import bare_clip
 from handsim.exports.export_sources import episodes_of
 from handsim.exports.lerobot import data_set
 from handsim.exports.lerobot.data_set import write_lerobot
+from handsim.exports.lerobot.data_set_layout import file_of
 from handsim.exports.lerobot.features import plan_of, take_of
 from handsim.exports.lerobot.film_files import files_of, places_of
 from handsim.exports.lerobot.frame_files import columns_of, write_frames
-from handsim.exports.lerobot.layout import file_of
 from handsim.grasping.rollout.record import Rollout
 from handsim.recordings.recording import RecordingSet
 from handsim.viewing.film.clips import frame_times, render_clips
@@ -57,7 +57,10 @@ def test_the_files_are_those_of_the_layout(recorded: Path, filmed: Path) -> None
         f"data/{FILE}.parquet", f"meta/episodes/{FILE}.parquet", "meta/info.json",
         "meta/stats.json", "meta/tasks.parquet", "meta/handsim.json",
     }  # fmt: skip
-    for folder, more in ((recorded, set()), (filmed, {f"videos/observation.images.front/{FILE}.mp4"})):
+    for folder, more in (
+        (recorded, set()),
+        (filmed, {f"videos/observation.images.front/{FILE}.mp4"}),
+    ):
         found = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
         assert found == usual | more
 

@@ -91,10 +91,10 @@ def export(
 
 def _check_output(chosen: "ExportFormat", output: Path) -> None:
     """Check, before anything is read, that the output and the libraries are there."""
-    from handsim.exports._libraries import library
+    from handsim.exports.libraries import library
 
     if chosen == "lerobot":
-        from handsim.exports.lerobot.layout import check_data_set_folder
+        from handsim.exports.lerobot.data_set_layout import check_data_set_folder
 
         check_data_set_folder(output)
     else:
@@ -114,7 +114,7 @@ def _write(
 ) -> dict[str, Any]:
     """Write one file, and return what is to be said of its format alone."""
     if chosen == "pandas":
-        from handsim.exports.frames import to_frame, write_frame
+        from handsim.exports.data_frames import to_frame, write_frame
 
         frame = to_frame(episodes)
         write_frame(frame, output)

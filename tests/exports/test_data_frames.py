@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from handsim.errors import InputError, MissingToolError
-from handsim.exports.frames import to_frame, write_frame
+from handsim.exports.data_frames import to_frame, write_frame
 from handsim.grasping.rollout.record import Rollout
 from handsim.joints import CONTACT_PARTS, JOINT_NAMES
 from handsim.learning.controller import PostureSequence

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from handsim.exports._libraries import library
 from handsim.exports.episode import Episode
 from handsim.exports.export_sources import Exported, episodes_of, is_one
+from handsim.exports.libraries import library
 from handsim.files import replacing
 from handsim.types import Array
 
