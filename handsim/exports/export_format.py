@@ -38,25 +38,26 @@ def export_format(path: Path, named: str | None = None) -> ExportFormat:
     if named is not None:
         return _named(path, named.lower())
     suffix = path.suffix.lower()
-    by_suffix = next((name for name, own in SUFFIXES.items() if suffix in own), None)
-    if by_suffix is None and suffix:
-        known = ", ".join(each for own in SUFFIXES.values() for each in own)
-        raise InputError(
-            f"{path}: suffix '{path.suffix}' is not one of {known}; a name without a suffix, or "
-            "--to lerobot, makes a LeRobot data set"
-        )
-    return by_suffix or "lerobot"
+    if not suffix:
+        return "lerobot"
+    for name, own in SUFFIXES.items():
+        if suffix in own:
+            return name
+    known = ", ".join(each for own in SUFFIXES.values() for each in own)
+    raise InputError(
+        f"{path}: suffix '{path.suffix}' is not one of {known}; a name without a suffix, or "
+        "--to lerobot, makes a LeRobot data set"
+    )
 
 
 def _named(path: Path, named: str) -> ExportFormat:
-    chosen = _CALLED.get(named, named)
-    known = next((name for name in SUFFIXES if name == chosen), None)
-    if known is None:
-        raise UnknownNameError("format", named, EXPORT_FORMATS)
-    wanted = (f".{named}",) if named in _CALLED else SUFFIXES[known]
-    if wanted and path.suffix.lower() not in wanted:
-        raise InputError(
-            f"{path}: suffix '{path.suffix}' is not one of {', '.join(wanted)}, in which {named} "
-            "is written; change the name"
-        )
-    return known
+    for name, own in SUFFIXES.items():
+        if name == _CALLED.get(named, named):
+            wanted = (f".{named}",) if named in _CALLED else own
+            if wanted and path.suffix.lower() not in wanted:
+                raise InputError(
+                    f"{path}: suffix '{path.suffix}' is not one of {', '.join(wanted)}, in which "
+                    f"{named} is written; change the name"
+                )
+            return name
+    raise UnknownNameError("format", named, EXPORT_FORMATS)

@@ -85,7 +85,7 @@ def named_apart(episodes: Sequence[Episode]) -> tuple[Episode, ...]:
     return tuple(apart)
 
 
-def _episode(shown: Shown) -> Episode:
+def _episode(shown: object) -> Episode:
     if isinstance(shown, Episode):
         return shown
     if isinstance(shown, Rollout):

@@ -77,7 +77,7 @@ def _moving(rollout: Rollout, model: mujoco.MjModel) -> list[Quantity]:
                  "joints of the hand, in the order of a data glove, then of what carries it"),
         Quantity("velocities", tuple(f"{name}_velocity" for name in hand.names), velocities,
                  rollout.qvel[:, hand.qvel], "velocities of the joints"),
-        _targets(rollout, model),
+        _targets(rollout, model, hand.names),
     ]  # fmt: skip
     for joint, called in (("object_joint", "object"), ("forearm", "forearm")):
         start = _free(model, joint)
@@ -168,22 +168,26 @@ def _place(name: str) -> int:
     return JOINT_NAMES.index(name) if name in JOINT_NAMES else len(JOINT_NAMES)
 
 
-def _targets(rollout: Rollout, model: mujoco.MjModel) -> Quantity:
-    """Return what is commanded of the actuators, which are position servos."""
-    names = [model.actuator(i).name for i in range(model.nu)]
-    order = sorted(range(model.nu), key=lambda i: _place(names[i]))
+def _targets(rollout: Rollout, model: mujoco.MjModel, order: tuple[str, ...]) -> Quantity:
+    """Return what is commanded of the actuators, which are position servos.
+
+    Those of joints are in the order of the joints; those of tendons come after.
+    """
     on_joint = mujoco.mjtTrn.mjTRN_JOINT.value
-    units = [
-        _UNITS.get(int(model.jnt_type[model.actuator_trnid[i, 0]]), "")
-        if int(model.actuator_trntype[i]) == on_joint
-        else ""
-        for i in order
-    ]
+    units: list[str] = []
+    places: list[int] = []
+    for i in range(model.nu):
+        joint = int(model.actuator_trnid[i, 0])
+        drives = int(model.actuator_trntype[i]) == on_joint
+        units.append(_UNITS.get(int(model.jnt_type[joint]), "") if drives else "")
+        driven = model.joint(joint).name if drives else ""
+        places.append(order.index(driven) if driven in order else len(order))
+    actuators = sorted(range(model.nu), key=places.__getitem__)
     return Quantity(
         "targets",
-        tuple(f"{names[i]}_target" for i in order),
-        tuple(units),
-        rollout.ctrl[:, order],
+        tuple(f"{model.actuator(i).name}_target" for i in actuators),
+        tuple(units[i] for i in actuators),
+        rollout.ctrl[:, actuators],
         "what is commanded of the actuators",
     )
 

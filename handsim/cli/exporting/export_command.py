@@ -63,8 +63,7 @@ def export(
     if (camera is not None or size is not None) and not video:
         raise InputError("--camera and --size are of films; add --video")
     _check_output(chosen, output)
-    if video:
-        check_gl(draws=True)
+    check_gl(draws=video)
 
     from handsim.exports.export_sources import read_sources
 

@@ -66,7 +66,8 @@ def test_an_arm_is_part_of_state_and_action(with_arm: Rollout) -> None:
         "shoulder_plane_rad", "shoulder_elevation_rad", "shoulder_rotation_rad",
         "elbow_flexion_rad", "forearm_rotation_rad",
     )  # fmt: skip
-    assert len(names(take, "action")) == 27
+    of_joints = [name.removesuffix("_rad") for name in names(take, "observation.state")]
+    assert names(take, "action") == tuple(f"{name}_target_rad" for name in of_joints)
 
 
 def test_other_frames_are_interpolated(flown: Episode, flying: Rollout) -> None:
