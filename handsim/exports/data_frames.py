@@ -60,18 +60,26 @@ def to_frame(exported: Exported) -> "pandas.DataFrame":
 
 
 def write_frame(frame: "pandas.DataFrame", path: Path) -> None:
-    """Write a data frame as ``.parquet`` or ``.csv``, as a whole or not at all.
+    """Write a data frame as CSV where the suffix is ``.csv``, else as Parquet.
 
-    Parquet keeps what is known of each movement (``attrs``); CSV has 17 digits, so that either
-    gives the same numbers back.
+    It is written as a whole or not at all. Parquet keeps what is known of each movement
+    (``attrs``). CSV has as many digits as it takes: either gives the same numbers back.
+
+    Raises
+    ------
+    MissingToolError
+        If pyarrow is not installed, for Parquet.
+    FileError
+        If the file cannot be written.
     """
-    if path.suffix.lower() == ".parquet":
+    as_text = path.suffix.lower() == ".csv"
+    if not as_text:
         library("pyarrow")
     with replacing(path) as temporary:
-        if path.suffix.lower() == ".parquet":
-            frame.to_parquet(temporary, engine="pyarrow", index=False)
-        else:
+        if as_text:
             frame.to_csv(temporary, index=False)
+        else:
+            frame.to_parquet(temporary, engine="pyarrow", index=False)
 
 
 def _columns(episode: Episode) -> dict[str, Any]:

@@ -26,7 +26,8 @@ def export_format(path: Path, named: str | None = None) -> ExportFormat:
     ----------
     path
     named
-        What the user calls it. Where nothing is named, a name without a suffix is that of a folder.
+        What the user calls it. A name without a suffix may then be that of a file; where nothing is
+        named, it is that of a folder.
 
     Raises
     ------
@@ -54,7 +55,8 @@ def _named(path: Path, named: str) -> ExportFormat:
     for name, own in SUFFIXES.items():
         if name == _CALLED.get(named, named):
             wanted = (f".{named}",) if named in _CALLED else own
-            if wanted and path.suffix.lower() not in wanted:
+            suffix = path.suffix.lower()
+            if wanted and suffix not in wanted and (suffix or named == "csv"):
                 raise InputError(
                     f"{path}: suffix '{path.suffix}' is not one of {', '.join(wanted)}, in which "
                     f"{named} is written; change the name"

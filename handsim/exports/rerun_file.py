@@ -55,7 +55,7 @@ def write_rerun(exported: Exported, path: Path, progress: Progress | None = None
         recording.log("/", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         for number, episode in enumerate(episodes, start=1):
             _add_curves(rerun, recording, episode)
-            _add_scene(rerun, recording, f"{episode.name}/scene", bare_clip(episode))
+            _add_scene(rerun, recording, episode.name, bare_clip(episode))
             if progress is not None:
                 progress(number / len(episodes))
         temporary.write_bytes(memory.drain_as_bytes())
@@ -64,10 +64,10 @@ def write_rerun(exported: Exported, path: Path, progress: Progress | None = None
 def _add_curves(rerun: Any, recording: Any, episode: Episode) -> None:
     said = {"task": episode.task, "sentence": episode.sentence, **episode.facts}
     text = json.dumps(said, indent=2, ensure_ascii=False)
-    recording.log(f"{episode.name}/facts", rerun.TextDocument(text), static=True)
+    recording.log(_entity(rerun, episode.name, "facts"), rerun.TextDocument(text), static=True)
     time = _times(rerun, episode.time - episode.time[0])
     for quantity in episode.quantities:
-        entity = f"{episode.name}/{quantity.name}"
+        entity = _entity(rerun, episode.name, quantity.name)
         names = [
             f"{column} [{unit}]" if unit else column
             for column, unit in zip(quantity.columns, quantity.units, strict=True)
@@ -78,16 +78,16 @@ def _add_curves(rerun: Any, recording: Any, episode: Episode) -> None:
         )
 
 
-def _add_scene(rerun: Any, recording: Any, root: str, clip: Clip) -> None:
+def _add_scene(rerun: Any, recording: Any, name: str, clip: Clip) -> None:
     """Add the geoms of the model once, and where its bodies are over time."""
     model = clip.model
     shown = visible_geoms(model)
     for geom in shown:
-        entity = f"{root}/{_body(model, int(model.geom_bodyid[geom]))}/{geom}"
+        body = _body(model, int(model.geom_bodyid[geom]))
         mesh, colour = geom_mesh(model, geom), geom_colour(model, geom)
         vertices = np.clip(mesh.vertices, -_LONGEST_PLANE, _LONGEST_PLANE)
         recording.log(
-            entity,
+            _entity(rerun, name, "scene", body, str(geom)),
             rerun.Mesh3D(
                 vertex_positions=vertices,
                 triangle_indices=mesh.faces,
@@ -101,12 +101,17 @@ def _add_scene(rerun: Any, recording: Any, root: str, clip: Clip) -> None:
     time = _times(rerun, clip.time)
     for body in sorted({int(model.geom_bodyid[geom]) for geom in shown} - {0}):
         recording.send_columns(
-            f"{root}/{_body(model, body)}",
+            _entity(rerun, name, "scene", _body(model, body)),
             indexes=[time],
             columns=rerun.Transform3D.columns(
                 translation=positions[:, body], quaternion=np.roll(turns[:, body], -1, axis=1)
             ),
         )
+
+
+def _entity(rerun: Any, *parts: str) -> str:
+    """Return the path of an entity; what has a meaning in paths is escaped."""
+    return rerun.new_entity_path(list(parts))
 
 
 def _times(rerun: Any, seconds: Any) -> Any:

@@ -41,13 +41,21 @@ def test_the_name_says_the_format(run, tmp_path: Path, name: str, format: str) -
 
 @pytest.mark.parametrize(
     ("to", "name"),
-    [("hdf5", "a.h5"), ("pandas", "a.csv"), ("parquet", "a.parquet"), ("lerobot", "data.v1")],
-)
+    [("hdf5", "a.h5"), ("hdf5", "a"), ("pandas", "a.csv"), ("pandas", "a"), ("parquet", "a"),
+     ("lerobot", "data.v1")],
+)  # fmt: skip
 def test_a_format_may_be_named(run, tmp_path: Path, to: str, name: str) -> None:
     for option in ("--to", "--format"):
         result = run("export", ROLLOUT, option, to, "-o", tmp_path / name)
         assert result.code == 0, result.err
         assert "cube-raise" in result.out
+    if to == "lerobot":
+        assert (tmp_path / name / "meta" / "info.json").is_file()
+    elif to == "hdf5":
+        assert h5py.is_hdf5(tmp_path / name)
+    else:
+        read = pd.read_csv if name.endswith(".csv") else pd.read_parquet
+        assert len(read(tmp_path / name)) == 12
 
 
 def test_a_folder_of_recordings_is_read_back(run, tmp_path: Path) -> None:
@@ -98,6 +106,7 @@ def test_a_film_is_made_where_asked_for(run, tmp_path: Path) -> None:
         (("-o", "a.xlsx"), "suffix '.xlsx' is not one of .parquet, .csv, .h5, .hdf5, .rrd"),
         (("-o", "a.h5", "--to", "pandas"), "suffix '.h5' is not one of .parquet, .csv, in which"),
         (("-o", "a.csv", "--to", "parquet"), "suffix '.csv' is not one of .parquet, in which"),
+        (("-o", "a", "--to", "csv"), "suffix '' is not one of .csv, in which csv is written"),
         (("-o", "a", "--to", "hdf"), "unknown format 'hdf'; did you mean hdf5?"),
         (("-o", "a.h5", "--fps", "30"), "are for LeRobot data sets, not for hdf5"),
         (("-o", "a.h5", "--video"), "are for LeRobot data sets, not for hdf5"),

@@ -1,6 +1,7 @@
 """A rerun recording holds curves to the bit, and bodies where the simulation had them."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +67,12 @@ def test_bodies_are_where_they_were(with_arm: Rollout, tmp_path: Path) -> None:
 def test_recordings_are_below_their_names(recordings: RecordingSet, tmp_path: Path) -> None:
     pytest.importorskip("rerun", reason="rerun-sdk is not installed")
     done: list[float] = []
-    write_rerun(recordings[:2], tmp_path / "r.rrd", done.append)
+    distance = np.linspace(0.3, 0.0, len(recordings[0].time))
+    first = replace(recordings[0], channels={"distance_m": distance})
+    write_rerun([first, recordings[1]], tmp_path / "r.rrd", done.append)
     found = read(tmp_path / "r.rrd")
+    (channel,) = (has for entity, has in found.items() if "distance_m" in entity)
+    assert np.array_equal(np.ravel(channel["Scalars:scalars"]), distance)
     for recording in recordings[:2]:
         curves = found[f"/{recording.name}/joints"]
         assert np.array_equal(curves["Scalars:scalars"], recording.q)

@@ -99,7 +99,7 @@ def _check_output(chosen: "ExportFormat", output: Path) -> None:
     else:
         writable(output)
     needed = {
-        "pandas": ("pandas", *(("pyarrow",) if output.suffix.lower() == ".parquet" else ())),
+        "pandas": ("pandas", *(() if output.suffix.lower() == ".csv" else ("pyarrow",))),
         "hdf5": ("h5py",),
         "lerobot": ("pandas", "pyarrow"),
         "rerun": ("rerun",),
