@@ -15,6 +15,10 @@ from .errors import FileError as FileError
 from .errors import HandsimError as HandsimError
 from .errors import InputError as InputError
 from .errors import MissingToolError as MissingToolError
+from .exports.data_frames import to_frame as to_frame
+from .exports.hdf5_file import write_hdf5 as write_hdf5
+from .exports.lerobot.data_set import write_lerobot as write_lerobot
+from .exports.rerun_file import write_rerun as write_rerun
 from .files import data_folder as data_folder
 from .grasping.conditions import Conditions as Conditions
 from .grasping.conditions import perturb as perturb

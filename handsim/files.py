@@ -9,6 +9,7 @@ import errno
 import json
 import os
 import secrets
+import shutil
 import zipfile
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
@@ -93,6 +94,43 @@ def replacing(path: Path) -> Generator[Path]:
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def replacing_folder(folder: Path) -> Generator[Path]:
+    """Yield a new folder that takes the place of ``folder`` if the block succeeds.
+
+    Whether what is there may be replaced is for the caller to check.
+
+    Raises
+    ------
+    FileError
+        If the folder that it is in cannot be written, or the disk is full.
+    """
+    import tempfile
+
+    with naming(folder):
+        scratch = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
+    try:
+        with naming(folder, scratch=scratch):
+            fresh = scratch / "new"
+            fresh.mkdir()
+            yield fresh
+            _swap(fresh, folder, scratch / "old")
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _swap(fresh: Path, folder: Path, aside: Path) -> None:
+    replaced = folder.exists()
+    if replaced:
+        folder.rename(aside)
+    try:
+        fresh.rename(folder)
+    except OSError:
+        if replaced:
+            aside.rename(folder)
+        raise
 
 
 def write_text(path: Path, text: str) -> None:

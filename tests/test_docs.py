@@ -130,6 +130,20 @@ def test_every_column_and_key_of_a_sweep_is_described() -> None:
     assert {*_READERS, *POPULATION_KEYS, *COLUMNS, *KEYS} <= said
 
 
+def test_every_quantity_of_an_export_is_described() -> None:
+    from handsim.exports.export_sources import read_sources
+    from handsim.exports.hdf5_file import RAW
+
+    said = named_in(section("formats.md", "Exports"))
+    kept = sorted((Path(__file__).parent / "data" / "schemas").glob("rollout-*.npz"))
+    one = handsim.data_folder("assets") / "experiments" / "cube-raise.csv"
+    folder = one.parent
+    for episode in read_sources([*kept, one, folder]):
+        assert {quantity.name for quantity in episode.quantities} <= said
+        assert {"name", "kind", "task", "sentence", *episode.facts} <= said
+    assert set(RAW) <= said
+
+
 def test_every_column_of_recordings_is_described() -> None:
     from handsim.recordings.folder import INDEX_COLUMNS, SAID_COLUMNS
     from handsim.recordings.posture_file import CHANNEL, DIP_JOINTS

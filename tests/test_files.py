@@ -70,6 +70,18 @@ def test_failed_write_leaves_the_old_file_and_no_litter(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_folder_takes_the_place_of_another_when_it_is_whole(tmp_path):
+    folder = tmp_path / "made"
+    for content in ("one", "two"):
+        with files.replacing_folder(folder) as fresh:
+            (fresh / content).touch()
+        assert [path.name for path in folder.iterdir()] == [content]
+    with pytest.raises(RuntimeError), files.replacing_folder(folder) as fresh:
+        (fresh / "three").touch()
+        raise RuntimeError
+    assert [path.name for path in tmp_path.rglob("*")] == ["made", "two"]
+
+
 def test_write_into_missing_folder_names_it(tmp_path):
     with pytest.raises(FileError, match="does not exist"):
         files.write_text(tmp_path / "no" / "a.txt", "x")

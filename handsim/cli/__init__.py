@@ -24,6 +24,7 @@ from handsim.cli import (
     sweeping,
 )
 from handsim.cli.console import help_where_alone
+from handsim.cli.exporting.export_command import export
 from handsim.cli.listing import hand_list, machine, object_list, task_list
 from handsim.cli.recordings import importing as recordings
 from handsim.cli.waiting import heard
@@ -55,6 +56,7 @@ for command in (
     sweeping.sweep,
     seeing.render,
     seeing.figures,
+    export,
     reporting.report,
     reporting.view,
 ):

@@ -7,17 +7,14 @@ are in folders of earlier versions: the hand is then a right one.
 
 import csv
 import io
-import shutil
-import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from handsim.disk import naming
 from handsim.errors import FileError, InputError
-from handsim.files import check_output_folder
+from handsim.files import check_output_folder, replacing_folder
 from handsim.recordings.delimited import read_table
 from handsim.recordings.gaps import bridge_joints
 from handsim.recordings.posture_file import (
@@ -120,19 +117,11 @@ def write_recordings(recordings: RecordingSet, folder: Path) -> None:
     """
     folder = Path(folder)
     check_folder_target(folder)
-    with naming(folder):
-        scratch = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
-    try:
-        with naming(folder, scratch=scratch):
-            fresh = scratch / "new"
-            fresh.mkdir()
-            for recording in recordings:
-                text = postures_text(recording.time, recording.q, recording.channels)
-                (fresh / f"{recording.name}.csv").write_text(text, encoding="utf-8")
-            (fresh / INDEX_FILE).write_text(_index_text(recordings), encoding="utf-8")
-            _swap(fresh, folder, scratch / "old")
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+    with replacing_folder(folder) as fresh:
+        for recording in recordings:
+            text = postures_text(recording.time, recording.q, recording.channels)
+            (fresh / f"{recording.name}.csv").write_text(text, encoding="utf-8")
+        (fresh / INDEX_FILE).write_text(_index_text(recordings), encoding="utf-8")
 
 
 def check_folder_target(folder: Path) -> None:
@@ -148,18 +137,6 @@ def check_folder_target(folder: Path) -> None:
     check_output_folder(folder.parent)  # where it is written under another name, and renamed
     if folder.exists():
         _check_replaceable(folder)
-
-
-def _swap(fresh: Path, folder: Path, aside: Path) -> None:
-    replaced = folder.exists()
-    if replaced:
-        folder.rename(aside)
-    try:
-        fresh.rename(folder)
-    except OSError:
-        if replaced:
-            aside.rename(folder)
-        raise
 
 
 def _check_replaceable(folder: Path) -> None:

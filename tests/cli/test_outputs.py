@@ -21,6 +21,7 @@ FILES = {
     "report": (("report", NOWHERE), "r.html"),
     "inspect": (("hand", "inspect", NOWHERE), "s.png"),
     "check": (("object", "check", NOWHERE), "s.png"),
+    "export": (("export", NOWHERE), "m.h5"),
     "map": (("recordings", "map", NOWHERE), "m.toml"),
     "calibrate": (("recordings", "calibrate", NOWHERE), "m.toml"),
 }
@@ -36,6 +37,7 @@ FOLDERS = {
     "figures": ("figures", NOWHERE),
     "import": ("recordings", "import", NOWHERE, "--format", "csv"),
     "cut": ("recordings", "cut", NOWHERE),
+    "set": ("export", NOWHERE),
 }
 COMMANDS = {
     **{name: ((*words, "-o"), file) for name, (words, file) in FILES.items()},

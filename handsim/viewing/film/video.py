@@ -44,7 +44,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
+def write_video(
+    frames: Iterable[Frame], path: Path | str, fps: float, *, key_frame_every: int | None = None
+) -> int:
     """Encode frames as ``.mp4`` (H.264, yuv420p, which browsers play) or ``.gif``.
 
     Parameters
@@ -55,6 +57,9 @@ def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
         Its suffix chooses the format; replaced only when all is written.
     fps
         Frames a second.
+    key_frame_every
+        Of an mp4, how many frames apart a reader can start to decode; by default up to 250. Where
+        it is said, no frame needs a later one.
 
     Returns
     -------
@@ -90,7 +95,7 @@ def write_video(frames: Iterable[Frame], path: Path | str, fps: float) -> int:
             even = f"{width + width % 2}x{height + height % 2}"
             raise InputError(f"{path}: size {width}x{height}; H.264 takes even sizes, give {even}")
         sent = _OneSize(chain([first], stream))
-        if not _encode(sent, temporary, fps):
+        if not _encode(sent, temporary, fps, key_frame_every):
             _append_zeros(temporary)  # raises where the system was what stopped it
             raise FileError(
                 f"{path}: the encoder {_encoder()} stopped before the file was whole, after "
@@ -119,7 +124,7 @@ class _OneSize:
             self.count += 1
 
 
-def _encode(frames: Iterable[Frame], path: Path, fps: float) -> bool:
+def _encode(frames: Iterable[Frame], path: Path, fps: float, key_frame_every: int | None) -> bool:
     """Write frames through imageio's ffmpeg, and return whether the file is whole.
 
     imageio passes on neither ffmpeg's exit code nor its messages. It raises an error if ffmpeg
@@ -133,7 +138,9 @@ def _encode(frames: Iterable[Frame], path: Path, fps: float) -> bool:
     os.environ.setdefault("IMAGEIO_FFMPEG_NO_PREVENT_SIGINT", "1")
     kind = path.suffix.lower()
     options = dict(_OPTIONS[kind])
-    options["output_params"] = list(options["output_params"])  # imageio appends to it
+    # Without frames that need later ones, which some readers of single frames do not take.
+    apart = () if key_frame_every is None else ("-g", str(key_frame_every), "-bf", "0")
+    options["output_params"] = [*options["output_params"], *apart]  # imageio appends to it
     # `extension`: imageio offers its ffmpeg for films alone; ffmpeg itself goes by the path.
     file = iio.imopen(path, "w", plugin="FFMPEG", extension=".mp4", legacy_mode=True)
     writer = file.legacy_get_writer(

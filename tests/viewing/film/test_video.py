@@ -59,6 +59,13 @@ def test_fractional_rate_is_kept(target: Path, frames: list[Frame], read_video: 
     assert read_video(target / "a.mp4")[0]["fps"] == pytest.approx(29.97, abs=0.01)
 
 
+def test_key_frames_are_as_close_as_asked_for(target: Path, frames: list[Frame]) -> None:
+    write_video(frames, target / "a.mp4", 25, key_frame_every=2)
+    content = (target / "a.mp4").read_bytes()
+    table = content.index(b"stss") + 8  # the table of key frames, after its version
+    assert int.from_bytes(content[table : table + 4], "big") == (len(frames) + 1) // 2
+
+
 def test_a_size_that_16_does_not_divide_is_kept(
     target: Path, frames: list[Frame], read_video: ReadVideo
 ) -> None:
