@@ -104,7 +104,7 @@ def _as_capsules(geom: mujoco.MjsGeom) -> None:
     """Make an ellipsoid one capsule, or two, that touch all but their own kind."""
     size, axis, places = capsules_of(geom.size)
     turn = Rotation.from_quat(geom.quat, scalar_first=True)
-    along, _ = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])
+    along = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
     places = np.array(geom.pos) + turn.apply(places)
     shape = {
         "type": mujoco.mjtGeom.mjGEOM_CAPSULE,

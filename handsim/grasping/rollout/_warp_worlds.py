@@ -9,6 +9,7 @@ those of MuJoCo, not the same bits.
 
 from collections.abc import Hashable, Sequence
 from dataclasses import fields
+from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
@@ -64,16 +65,14 @@ class WarpWorlds(Simulations):
     """
 
     def __init__(self, scenes: Sequence[Scene]) -> None:
-        import mujoco_warp
-
-        self._warp = mujoco_warp
+        self._warp = _warp()
         models, n = [scene.hand.model for scene in scenes], len(scenes)
         self._device_model = _put(models, scenes[0].task.name)
-        self._device = mujoco_warp.make_data(
+        self._device = self._warp.make_data(
             models[0], nworld=n, nconmax=MOST_CONTACTS, njmax=_MOST_ROWS
         )
         # What the solver's limit of iterations cuts short is as good as MuJoCo's own.
-        full = mujoco_warp.OverflowType
+        full = self._warp.OverflowType
         self._incomplete = int(full.ALL) & ~int(full.ITERATIONS)
         self._first_qpos = np.array([model.qpos0 for model in models])
         self._host: dict[str, Array] = {
@@ -137,17 +136,20 @@ class WarpWorlds(Simulations):
         self._upload(("qpos", "qvel"))
 
 
+def _warp() -> Any:
+    """Import mujoco_warp, which takes seconds and carries no types."""
+    return import_module("mujoco_warp")
+
+
 def _put(models: Sequence[mujoco.MjModel], name: str) -> Any:
     """Put models onto the device; what differs between them has a row for each."""
-    import mujoco_warp
-
     rows: dict[str, Array] = {}
     for each in _names(models[0], batched=True):
         values = [np.asarray(getattr(model, each)) for model in models]
         if any(not np.array_equal(value, values[0]) for value in values[1:]):
             rows[each] = np.stack(values)
     try:
-        made = mujoco_warp.put_model(models[0], dict.fromkeys(rows, len(models)))
+        made = _warp().put_model(models[0], dict.fromkeys(rows, len(models)))
     except NotImplementedError as error:
         lacking = str(error).rstrip(".")
         raise InputError(
@@ -162,10 +164,8 @@ def _put(models: Sequence[mujoco.MjModel], name: str) -> Any:
 
 def _names(model: mujoco.MjModel, *, batched: bool) -> list[str]:
     """Return the arrays of a model that mujoco_warp keeps for each world, or once for all."""
-    from mujoco_warp import Model
-
     names: list[str] = []
-    for each in fields(Model):
+    for each in fields(_warp().Model):
         shape = getattr(each.type, "shape", None)
         if shape and (shape[0] == "*") == batched and hasattr(model, each.name):
             names.append(each.name)
