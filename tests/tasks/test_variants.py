@@ -71,6 +71,16 @@ def test_a_scene_for_mjx_has_no_contact_that_mjx_lacks_and_weighs_the_same(optio
         np.testing.assert_allclose(getattr(model, name), getattr(original, name), atol=1e-12)
 
 
+def test_a_file_of_the_variant_is_the_variant() -> None:
+    spec = build_scene(TASK)
+    for_simulator(spec, "mjx")
+    model = spec.compile()
+    read = mujoco.MjModel.from_xml_string(spec.to_xml())
+    for name in ("body_mass", "body_inertia", "geom_size", "geom_type", "geom_contype"):
+        expected = getattr(model, name)
+        np.testing.assert_allclose(getattr(read, name), expected, rtol=1e-4, atol=1e-9)
+
+
 def test_capsules_lie_where_ellipsoids_were() -> None:
     """Both reach as far along the axes of the ellipsoid's own frame."""
     original = build_scene(TASK).compile()
