@@ -24,7 +24,7 @@ from handsim.types import Array, Index, Mask
 
 INSTALL = "pip install 'handsim[warp]'"
 MOST_CONTACTS = 100
-"""Contacts for which a world has room; grasps of all tasks have at most 60."""
+"""Contacts for which a world has room; a run that meets more is left out."""
 _MOST_ROWS = 4 * MOST_CONTACTS
 """Rows of its constraints: four a contact."""
 _STATE = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat")
