@@ -56,7 +56,7 @@ def keyframes_of(size: HandSize) -> Keyframes:
 def write_hand(size: HandSize, folder: Path) -> Path:
     """Write a hand that plain MuJoCo loads, ``right_hand.xml``, and beside it what shows it.
 
-    That are ``keyframes_right.xml``, with `POSTURES` and the eigengrasps, and ``scene_right.xml``,
+    These are ``keyframes_right.xml``, with `POSTURES` and the eigengrasps, and ``scene_right.xml``,
     which includes both. The folder is made if it is not there.
 
     Returns

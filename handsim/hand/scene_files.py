@@ -54,7 +54,7 @@ class Surroundings:
     root
         The body of the model that is attached where both sides are in a scene.
     apart
-        How far either side then is from the middle [m], and so are the numbers of `centre`.
+        How far either side then is from the middle [m].
     centre, extent, azimuth, elevation
         What is looked at, of a right model (3,) [m], how large it is [m], and from where [deg].
     ambient, diffuse
