@@ -108,8 +108,8 @@ def keyframes_of(size: HandSize, aside: float = 0.0) -> Keyframes:
 def write_arm(size: HandSize, folder: Path) -> Path:
     """Write the arm of a person at a table, ``right_arm.xml``, and beside it what shows it.
 
-    These are ``keyframes_right.xml`` and ``scene_right.xml``, which includes both and has the table.
-    Plain MuJoCo loads the arm and its scene. The folder is made if it is not there.
+    These are ``keyframes_right.xml`` and ``scene_right.xml``, which includes both and has the
+    table. Plain MuJoCo loads the arm and its scene. The folder is made if it is not there.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """Hands and scenes for MuJoCo's other simulators, MJX and mujoco_warp.
 
-mujoco_warp (4.0) takes all of them as they are. MJX has neither ``noslip`` nor contacts of ellipsoids
-with boxes and meshes: `for_simulator` changes what it must and says what differs.
+mujoco_warp (4.0) takes all of them as they are. MJX has neither ``noslip`` nor contacts of
+ellipsoids with boxes and meshes: `for_simulator` changes what it must and says what differs.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
