@@ -3,6 +3,7 @@
 #   make demo       learn, grasp the tall glass, write video, contact sheet and result to out/demo
 #   make test       the tests, slow ones sampled
 #   make test-ci    the slow ones that nothing may land without
+#   make pythons    the quick tests with each Python from 3.11 to 3.13 that is found here
 #   make mutants    whether the tests notice small faults in what decides verdicts
 #   make docs       the documentation, to out/docs/index.html
 PYTHON ?= python3
@@ -10,7 +11,7 @@ BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
 
-.PHONY: setup demo test test-ci test-all mutants coverage check docs notebooks bench build clean lock models assets pictures rendering results
+.PHONY: setup demo test test-ci test-all pythons mutants coverage check docs notebooks bench build clean lock models assets pictures rendering results
 .DELETE_ON_ERROR:
 
 setup: .venv/.installed
@@ -50,6 +51,9 @@ test-ci: setup
 
 test-all: setup
 	$(PYTEST) tests notebooks
+
+pythons: setup
+	$(BIN)/python tests/packaging/pythons.py
 
 mutants: setup
 	$(BIN)/python tests/mutants/run.py

@@ -88,6 +88,7 @@ from .tasks.lift import lift_task as lift_task
 from .tasks.scene import build_scene as build_scene
 from .tasks.table_one import TASKS as TASKS
 from .tasks.table_one import task_by_name as task_by_name
+from .tasks.variants import for_simulator as for_simulator
 from .types import HandSize as HandSize
 from .viewing.render import contact_sheet_of as contact_sheet_of
 from .viewing.render import render as render

@@ -20,7 +20,8 @@ from handsim.arm.arm_strength import (
     arm_gains,
     arm_torque_limits,
 )
-from handsim.types import Array
+from handsim.hand.mjcf import hand_class
+from handsim.types import Array, HandSize
 
 # Axes of the hinges of a right arm in the frame of their body; x ahead, y left, z up.
 _AXES = ((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0))
@@ -43,6 +44,24 @@ _NECK = 0.027  # radius
 _Vector = Array | list[float]
 
 
+def add_arm_defaults(spec: mujoco.MjSpec, size: HandSize, prefix: str) -> str:
+    """Add the default classes of an arm and of what is seen of the person; return the arm's name.
+
+    All of the arm is of class ``right_arm``. Of ``right_arm_looks`` is what neither weighs nor
+    touches.
+    """
+    name = f"{prefix}{size.side}_arm"
+    arm = spec.add_default(name, spec.default)
+    arm.joint.type = mujoco.mjtJoint.mjJNT_HINGE
+    arm.joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    looks = spec.add_default(f"{name}_looks", arm).geom
+    looks.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
+    looks.material = f"{prefix}skin"
+    looks.contype = looks.conaffinity = 0
+    looks.density = 0.0
+    return name
+
+
 def add_hinge(
     spec: mujoco.MjSpec, body: mujoco.MjsBody, index: int, mirror: float, prefix: str
 ) -> None:
@@ -53,9 +72,7 @@ def add_hinge(
         axis = np.array(_AXES[index]) * mirror  # in the hand's frame, x along the forearm
     body.add_joint(
         name=f"{prefix}{joint.name}",
-        type=mujoco.mjtJoint.mjJNT_HINGE,
         axis=axis,
-        limited=mujoco.mjtLimited.mjLIMITED_TRUE,
         range=np.deg2rad([joint.lower_deg, joint.upper_deg]),
         armature=ARMATURE[kind],
         damping=[PASSIVE_DAMPING[kind], 0, 0],
@@ -79,6 +96,7 @@ def stub_inertia(stub: mujoco.MjsGeom, forearm: float) -> SegmentInertia:
 
 
 def add_looks(
+    spec: mujoco.MjSpec,
     upper_arm: mujoco.MjsBody,
     lower_arm: mujoco.MjsBody,
     forearm: mujoco.MjsBody,
@@ -89,8 +107,9 @@ def add_looks(
     tall, reach, lower = geometry.stature, geometry.upper_arm, geometry.forearm
     middle, elbow = (tall * each for each in _UPPER_ARM)
     belly, wrist = (tall * each for each in _FOREARM)
-    upper, under = _Flesh(upper_arm, prefix), _Flesh(lower_arm, prefix)
-    sleeve = _Flesh(upper_arm, prefix, f"{prefix}shirt")
+    looks = spec.find_default(f"{prefix}{geometry.size.side}_arm_looks")
+    upper, under = _Flesh(upper_arm, prefix, looks), _Flesh(lower_arm, prefix, looks)
+    sleeve = _Flesh(upper_arm, prefix, looks, f"{prefix}shirt")
     cap, hanging = (tall * np.array(each) for each in _SLEEVE)
     sleeve.ellipsoid("deltoid", [0, 0, -0.010 * tall], cap)
     sleeve.ellipsoid("sleeve", [0, 0, -0.046 * tall], hanging)
@@ -100,36 +119,50 @@ def add_looks(
     under.ellipsoid("forearm_muscle", [0, 0, -0.33 * lower], [belly, belly, 0.42 * lower])
     under.capsule("ulna", [0, 0, -0.05 * lower], [0, 0, -0.75 * lower], wrist)
     # The part that turns: broad to the thumb's side and thin across, as a forearm is at the wrist.
-    _Flesh(forearm, prefix).ellipsoid(
+    of_hand = spec.find_default(f"{prefix}{hand_class(geometry.size)}_looks")
+    _Flesh(forearm, prefix, of_hand, f"{prefix}skin").ellipsoid(
         "radius", [-0.40 * lower, 0, 0], [0.42 * lower, 1.15 * wrist, wrist]
     )
 
 
 def add_trunk(
-    scene: mujoco.MjSpec, shoulder: Array, geometry: ArmGeometry, mirror: float, prefix: str
+    scene: mujoco.MjSpec,
+    shoulder: Array,
+    geometry: ArmGeometry,
+    mirror: float,
+    prefix: str,
+    *,
+    other_arm: bool = True,
 ) -> None:
     """Add the rest of a person without a head behind the table, seen only."""
     tall = geometry.stature
     middle = shoulder + np.array([0.0, mirror * SHOULDER_OF_STATURE * tall, 0.0])
     body = scene.worldbody.add_body(name=f"{prefix}trunk", pos=middle)
-    shirt = _Flesh(body, prefix, f"{prefix}shirt")
+    looks = scene.find_default(f"{prefix}{geometry.size.side}_arm_looks")
+    shirt = _Flesh(body, prefix, looks, f"{prefix}shirt")
     for name, height, size in _TRUNK:
         shirt.ellipsoid(name, [0, 0, height * tall], tall * np.array(size))
-    _add_other_arm(body, geometry, mirror, prefix)
+    if other_arm:
+        _add_other_arm(body, looks, geometry, mirror, prefix)
     neck = mujoco.mjtGeom.mjGEOM_CYLINDER
     top = [0.006 * tall, 0, 0.062 * tall]
-    _Flesh(body, prefix).capsule("neck", [0, 0, 0.02 * tall], top, tall * _NECK, neck)
+    _Flesh(body, prefix, looks).capsule("neck", [0, 0, 0.02 * tall], top, tall * _NECK, neck)
 
 
 def _add_other_arm(
-    trunk: mujoco.MjsBody, geometry: ArmGeometry, mirror: float, prefix: str
+    trunk: mujoco.MjsBody,
+    looks: mujoco.MjsDefault,
+    geometry: ArmGeometry,
+    mirror: float,
+    prefix: str,
 ) -> None:
     """Add the arm that does nothing, its forearm towards the lap."""
     tall, aside = geometry.stature, mirror * SHOULDER_OF_STATURE * geometry.stature
     elbow = [0.0, 1.08 * aside, -geometry.upper_arm]
     wrist = [elbow[0] + 0.35 * geometry.forearm, 0.75 * aside, elbow[2] - 0.85 * geometry.forearm]
     cap, hanging = (tall * np.array(each) for each in _SLEEVE)
-    sleeve, skin = _Flesh(trunk, prefix, f"{prefix}shirt"), _Flesh(trunk, prefix)
+    sleeve = _Flesh(trunk, prefix, looks, f"{prefix}shirt")
+    skin = _Flesh(trunk, prefix, looks)
     sleeve.ellipsoid("other_deltoid", [0, aside, -0.010 * tall], cap)
     sleeve.ellipsoid("other_sleeve", [0, aside, -0.046 * tall], hanging)
     skin.capsule("other_upper_arm", [0, aside, -0.05 * tall], elbow, tall * _UPPER_ARM[1])
@@ -142,12 +175,12 @@ class _Flesh:
 
     body: mujoco.MjsBody
     prefix: str
+    looks: mujoco.MjsDefault
     material: str | None = None
 
     def ellipsoid(self, name: str, pos: _Vector, size: _Vector) -> None:
         """Add an ellipsoid."""
-        kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID
-        self._add(name, type=kind, pos=pos, size=size)
+        self._add(name, pos=pos, size=size)
 
     def capsule(
         self,
@@ -161,14 +194,9 @@ class _Flesh:
         self._add(f"{name}_bone", type=kind, fromto=[*start, *end], size=[radius, 0, 0])
 
     def _add(self, name: str, **shape: Any) -> None:
-        self.body.add_geom(
-            name=f"{self.prefix}{name}_looks",
-            material=self.material or f"{self.prefix}skin",
-            contype=0,
-            conaffinity=0,
-            density=0.0,
-            **shape,
-        )
+        if self.material:
+            shape["material"] = self.material
+        self.body.add_geom(self.looks, name=f"{self.prefix}{name}_looks", **shape)
 
 
 def add_arm_actuators(

@@ -9,12 +9,15 @@ things, as before.
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
 from handsim.arm._arm_parts import (
     FLAT,
     add_arm_actuators,
+    add_arm_defaults,
     add_hinge,
     add_looks,
     add_trunk,
@@ -24,7 +27,7 @@ from handsim.arm._arm_parts import (
 from handsim.arm.arm_geometry import ArmGeometry, Seat
 from handsim.arm.arm_joints import N_ARM
 from handsim.errors import InputError
-from handsim.hand.mjcf import mount_hand
+from handsim.hand.mjcf import add_skin_material, mount_hand
 from handsim.physics import set_physics
 from handsim.types import MEDIAN_HAND, Array, HandSize
 
@@ -98,7 +101,8 @@ def attach_arm(
     mirror = 1.0 if size.side == "right" else -1.0
     shoulder = geometry.shoulder(seat)
     set_physics(scene)
-    upper, lower = _add_bones(scene, geometry, shoulder, mirror, prefix)
+    kind = add_arm_defaults(scene, size, prefix)
+    upper, lower = _add_bones(scene, geometry, shoulder, mirror, prefix, kind)
     add_arm_actuators(scene, geometry, stiffness, prefix)
     forearm = mount_hand(
         scene, size, lower.name, [0, 0, -geometry.forearm], _flat_quat(mirror), prefix=prefix
@@ -106,17 +110,53 @@ def attach_arm(
     add_hinge(scene, forearm, N_ARM - 1, mirror, prefix)
     stub = scene.geom(f"{prefix}forearm_geom")
     set_inertia(lower, geometry.forearm_inertia.without(stub_inertia(stub, geometry.forearm)))
-    scene.add_material(name=f"{prefix}shirt", rgba=[0.42, 0.50, 0.60, 1], specular=0.05)
-    add_looks(upper, lower, forearm, geometry, prefix)
+    _add_shirt(scene, prefix)
+    add_looks(scene, upper, lower, forearm, geometry, prefix)
     if trunk:
         add_trunk(scene, shoulder, geometry, mirror, prefix)
 
 
+def build_trunk(size: HandSize = MEDIAN_HAND) -> mujoco.MjSpec:
+    """Build what is between a person's two arms, seen only: chest and neck, behind the table.
+
+    Parameters
+    ----------
+    size
+        Of a hand; its side does not matter.
+
+    Raises
+    ------
+    InputError
+        If the size is outside what can be built.
+    """
+    right = replace(size, side="right")
+    geometry = ArmGeometry(right)
+    spec = mujoco.MjSpec()
+    spec.modelname = "trunk"
+    set_physics(spec)
+    add_skin_material(spec)
+    _add_shirt(spec, "")
+    add_arm_defaults(spec, right, "")
+    add_trunk(spec, geometry.shoulder(None), geometry, 1.0, "", other_arm=False)
+    return spec
+
+
+def _add_shirt(scene: mujoco.MjSpec, prefix: str) -> None:
+    scene.add_material(name=f"{prefix}shirt", rgba=[0.42, 0.50, 0.60, 1], specular=0.05)
+
+
 def _add_bones(
-    scene: mujoco.MjSpec, geometry: ArmGeometry, shoulder: Array, mirror: float, prefix: str
+    scene: mujoco.MjSpec,
+    geometry: ArmGeometry,
+    shoulder: Array,
+    mirror: float,
+    prefix: str,
+    kind: str,
 ) -> tuple[mujoco.MjsBody, mujoco.MjsBody]:
     """Add the bodies of upper arm and elbow with their hinges."""
-    upper = scene.worldbody.add_body(name=f"{prefix}upper_arm", pos=shoulder, gravcomp=1.0)
+    upper = scene.worldbody.add_body(
+        name=f"{prefix}upper_arm", pos=shoulder, gravcomp=1.0, childclass=kind
+    )
     for index in range(3):
         add_hinge(scene, upper, index, mirror, prefix)
     set_inertia(upper, geometry.upper_arm_inertia)

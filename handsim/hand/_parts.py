@@ -23,10 +23,10 @@ are seen and neither weigh nor touch anything."""
 
 
 def add_bodies(
-    spec: mujoco.MjSpec, carrier: mujoco.MjsBody, geometry: HandGeometry, mirror: float
+    spec: mujoco.MjSpec, kind: str, carrier: mujoco.MjsBody, geometry: HandGeometry, mirror: float
 ) -> dict[str, mujoco.MjsBody]:
-    """Add forearm, palm, segments and their hinges; return the bodies by name."""
-    bodies = {"forearm": carrier.add_body(name="forearm", gravcomp=1.0, childclass="hand")}
+    """Add forearm, palm, segments and their hinges, of class ``kind``; return bodies by name."""
+    bodies = {"forearm": carrier.add_body(name="forearm", gravcomp=1.0, childclass=kind)}
     flip = np.array([1.0, mirror, 1.0])
     for segment in segments(geometry):
         quat = np.empty(4)
@@ -40,7 +40,7 @@ def add_bodies(
         for hinge in segment.hinges:
             joint = hinge.joint
             body.add_joint(
-                spec.find_default(f"hand_{_joint_class(joint)}"),
+                spec.find_default(f"{kind}_{_joint_class(joint)}"),
                 name=joint.name,
                 axis=mirror * flip * hinge.axis,  # a mirror turns rotations round
                 range=_range(joint),
@@ -60,10 +60,14 @@ def _range(joint: Joint) -> Array:
 
 
 def add_ellipsoids(
-    spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], geometry: HandGeometry, mirror: float
+    spec: mujoco.MjSpec,
+    kind: str,
+    bodies: dict[str, mujoco.MjsBody],
+    geometry: HandGeometry,
+    mirror: float,
 ) -> None:
     """Add what has mass and touches, and the site on the palm."""
-    hand = spec.find_default("hand")
+    hand = spec.find_default(kind)
     length, breadth = geometry.size.length, geometry.size.breadth
     bodies["forearm"].add_geom(  # a stub, so that the hand is not cut off at the wrist
         hand,
@@ -86,10 +90,10 @@ def add_ellipsoids(
 
 
 def add_fingertips(
-    spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], geometry: HandGeometry
+    spec: mujoco.MjSpec, kind: str, bodies: dict[str, mujoco.MjsBody], geometry: HandGeometry
 ) -> None:
     """Add the sites at tips and pads, and what is only seen: nails and finger joints."""
-    hand, looks, nails = (spec.find_default(name) for name in ("hand", "hand_looks", "hand_nail"))
+    hand, looks, nails = (spec.find_default(kind + part) for part in ("", "_looks", "_nail"))
     for finger in FINGERS:
         names = segment_names(finger)
         shape = geometry.ellipsoid(names[2])

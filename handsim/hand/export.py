@@ -1,9 +1,8 @@
-"""The hand as an MJCF file that plain MuJoCo loads, with named postures as keyframes."""
+"""The hand as MJCF files that plain MuJoCo loads, with named postures as keyframes."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
@@ -14,28 +13,55 @@ from handsim.hand.eigengrasps import eigengrasp_postures
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.hand.postures import POSTURES
+from handsim.hand.scene_files import Keyframes, Surroundings, write_beside
 from handsim.joints import JOINT_INDEX
-from handsim.types import Array, HandSize
+from handsim.types import HandSize
+
+SURROUNDINGS = Surroundings(
+    kind="hand",
+    root="forearm",
+    apart=0.12,
+    centre=(0.08, 0.0, 0.0),
+    extent=0.3,
+    azimuth=-140,
+    elevation=-25,
+    ambient=0.3,
+    diffuse=0.4,
+    assets=(
+        '<texture name="floor" type="2d" builtin="checker" rgb1="0.82 0.84 0.86"'
+        ' rgb2="0.78 0.8 0.82" width="256" height="256"/>',
+        '<material name="floor" texture="floor" texrepeat="10 10" texuniform="true"/>',
+    ),
+    bodies=(
+        '<geom name="floor" type="plane" pos="0 0 -0.2" size="0.6 0.6 0.05" material="floor"/>',
+    ),
+)
+"""A floor below the hand."""
 
 
-def add_keyframes(spec: mujoco.MjSpec, postures: Mapping[str, Array]) -> None:
-    """Add postures, (22,) [rad] each, as keyframes to a hand that stands alone.
+def keyframes_of(size: HandSize) -> Keyframes:
+    """Return `POSTURES` and the eigengrasps as keyframes of the hand that `write_hand` writes.
 
-    Their joint positions and the actuators' targets are the posture.
+    Raises
+    ------
+    InputError
+        If the size is outside what can be built.
     """
+    spec = build_hand(size)
+    postures = {**POSTURES, **eigengrasp_postures(HandModel.from_spec(spec).penetration)}
     order = [JOINT_INDEX[joint.name] for joint in spec.joints]
-    for name, q in postures.items():
-        spec.add_key(name=name, qpos=q[order], ctrl=q)
+    return {name: (q[order], q) for name, q in postures.items()}
 
 
 def write_hand(size: HandSize, folder: Path) -> Path:
-    """Write ``right_hand.xml`` or ``left_hand.xml``, with `POSTURES` and eigengrasps as keyframes.
+    """Write a hand that plain MuJoCo loads, ``right_hand.xml``, and beside it what shows it.
 
-    Plain MuJoCo loads it. The folder is made if it is not there.
+    These are ``keyframes_right.xml``, with `POSTURES` and the eigengrasps, and ``scene_right.xml``,
+    which includes both. The folder is made if it is not there.
 
     Returns
     -------
-    The file written.
+    The file of the hand.
 
     Raises
     ------
@@ -44,9 +70,11 @@ def write_hand(size: HandSize, folder: Path) -> Path:
     FileError
         If the folder cannot be made or written.
     """
-    spec = build_hand(size)
-    add_keyframes(spec, {**POSTURES, **eigengrasp_postures(HandModel.from_spec(spec).penetration)})
-    return write_model(spec, Path(folder) / f"{size.side}_hand.xml")
+    folder = Path(folder)
+    keyframes = keyframes_of(size)
+    written = write_model(build_hand(size), folder / f"{size.side}_hand.xml")
+    write_beside(folder, size.side, SURROUNDINGS, keyframes)
+    return written
 
 
 def write_model(spec: mujoco.MjSpec, path: Path) -> Path:

@@ -170,15 +170,21 @@ def _add_hand(scene: mujoco.MjSpec, carrier: mujoco.MjsBody, size: HandSize) -> 
     """Add all parts of the hand under their own names."""
     geometry = HandGeometry(size)
     mirror = 1.0 if size.side == "right" else -1.0
-    _add_defaults(scene)
-    bodies = add_bodies(scene, carrier, geometry, mirror)
-    add_ellipsoids(scene, bodies, geometry, mirror)
-    add_fingertips(scene, bodies, geometry)
+    kind = hand_class(size)
+    _add_defaults(scene, kind)
+    bodies = add_bodies(scene, kind, carrier, geometry, mirror)
+    add_ellipsoids(scene, kind, bodies, geometry, mirror)
+    add_fingertips(scene, kind, bodies, geometry)
     add_actuators(scene, geometry)
     add_sensors(scene)
     for first, second in PASSING_PAIRS:
         scene.add_exclude(name=f"{first}-{second}", bodyname1=first, bodyname2=second)
     return bodies["forearm"]
+
+
+def hand_class(size: HandSize) -> str:
+    """Return the name of the default class of a hand, ``right_hand``; those of parts begin so."""
+    return f"{size.side}_hand"
 
 
 def give_skin(geom: mujoco.MjsGeom) -> None:
@@ -187,6 +193,11 @@ def give_skin(geom: mujoco.MjsGeom) -> None:
     geom.condim = 4  # an ellipsoid touches in one point: without torsion, things would spin
     geom.friction = FRICTION
     geom.solref = CONTACT_SOLREF
+
+
+def add_skin_material(scene: mujoco.MjSpec) -> None:
+    """Add the material ``skin`` to a scene."""
+    scene.add_material(name="skin", rgba=[0.86, 0.66, 0.55, 1], specular=0.2, shininess=0.2)
 
 
 def weld_to_mocap(scene: mujoco.MjSpec, name: str, target: str, body: str) -> None:
@@ -202,8 +213,8 @@ def weld_to_mocap(scene: mujoco.MjSpec, name: str, target: str, body: str) -> No
     )
 
 
-def _add_defaults(spec: mujoco.MjSpec) -> None:
-    hand = spec.add_default("hand", spec.default)
+def _add_defaults(spec: mujoco.MjSpec, kind: str) -> None:
+    hand = spec.add_default(kind, spec.default)
     geom = hand.geom
     geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
     geom.material = "skin"
@@ -215,10 +226,10 @@ def _add_defaults(spec: mujoco.MjSpec) -> None:
     hand.site.group = 4
     hand.site.size = [0.002, 0.002, 0.002]
     for name, armature in ARMATURE.items():
-        spec.add_default(f"hand_{name}", hand).joint.armature = armature
-    looks = spec.add_default("hand_looks", hand)
+        spec.add_default(f"{kind}_{name}", hand).joint.armature = armature
+    looks = spec.add_default(f"{kind}_looks", hand)
     looks.geom.contype = looks.geom.conaffinity = 0
     looks.geom.density = 0.0
-    spec.add_default("hand_nail", looks).geom.material = "nail"
-    spec.add_material(name="skin", rgba=[0.86, 0.66, 0.55, 1], specular=0.2, shininess=0.2)
+    spec.add_default(f"{kind}_nail", looks).geom.material = "nail"
+    add_skin_material(spec)
     spec.add_material(name="nail", rgba=[0.95, 0.78, 0.72, 1], specular=0.5, shininess=0.5)

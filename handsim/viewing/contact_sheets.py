@@ -118,7 +118,7 @@ def keyframe_sheet() -> Frame:
 
 def arm_sheet() -> Frame:
     """Return the keyframes of the right arm at the table, from the front and from its side."""
-    model = mujoco.MjModel.from_xml_path(str(data_folder("models") / "arm" / "scene.xml"))
+    model = mujoco.MjModel.from_xml_path(str(data_folder("models") / "arm" / "scene_right.xml"))
     looks = (
         _Look(155, -18, 1.35, (-0.27, -0.05, 0.12)),
         _Look(62, -25, 1.35, (-0.27, -0.05, 0.12)),

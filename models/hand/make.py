@@ -1,8 +1,8 @@
 """Make what lies in this folder: eigengrasps of the built-in recordings, then both hands.
 
 ``python models/hand/make.py`` writes ``eigengrasps.csv`` (mean posture and principal components),
-which `handsim.hand.eigengrasps` reads for the keyframes, and ``right_hand.xml`` and
-``left_hand.xml``. The hand itself knows nothing of learning.
+which `handsim.hand.eigengrasps` reads for the keyframes, ``right_hand.xml`` and ``left_hand.xml``
+with keyframes and scenes, and a scene of both. The hand itself knows nothing of learning.
 """
 
 from pathlib import Path
@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from handsim.files import data_folder, write_text
-from handsim.hand.export import write_hand
+from handsim.hand.export import SURROUNDINGS, keyframes_of, write_hand
+from handsim.hand.scene_files import write_both
 from handsim.joints import JOINT_NAMES
 from handsim.learning.subspace import PostureSubspace
 from handsim.recordings.folder import read_recordings
@@ -46,8 +47,10 @@ def main(folder: Path = Path(__file__).parent) -> None:
     """Write the table of eigengrasps, then the hands, whose keyframes are made of it."""
     recordings = read_recordings(data_folder("assets") / "experiments")
     write_text(folder / "eigengrasps.csv", eigengrasps_text(recordings))
-    for side in SIDES:
-        write_hand(HandSize(side=side), folder)
+    sizes = {side: HandSize(side=side) for side in SIDES}
+    for size in sizes.values():
+        write_hand(size, folder)
+    write_both(folder, SURROUNDINGS, {side: keyframes_of(size) for side, size in sizes.items()})
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ Names, structure and order are compared as they are, numbers as numbers: they co
 compiler and a search by its collisions, whose last bit hangs on the processor.
 """
 
+from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -46,10 +47,10 @@ def side(request) -> str:
 
 
 @pytest.fixture(scope="module")
-def made(side, tmp_path_factory) -> str:
+def made(side, tmp_path_factory) -> Path:
     written = write_hand(HandSize(side=side), tmp_path_factory.mktemp("hand"))
     assert written.name == f"{side}_hand.xml"
-    return written.read_text()
+    return written.parent
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +58,18 @@ def kept(side) -> str:
     return (FOLDER / f"{side}_hand.xml").read_text()
 
 
-def test_committed_models_are_those_the_code_writes(made, kept):
-    assert kept.count("<joint ") > 22
-    assert differences(*map(ElementTree.fromstring, (made, kept))) == []
+@pytest.mark.parametrize(
+    ("name", "element", "more_than"), [("{}_hand", "<joint ", 22), ("keyframes_{}", "<key ", 10)]
+)
+def test_committed_models_are_those_the_code_writes(made, side, name, element, more_than):
+    texts = [(folder / f"{name.format(side)}.xml").read_text() for folder in (made, FOLDER)]
+    assert texts[1].count(element) > more_than
+    assert differences(*map(ElementTree.fromstring, texts)) == []
+
+
+def test_committed_scenes_are_those_the_code_writes(made, side):
+    name = f"scene_{side}.xml"
+    assert (made / name).read_text() == (FOLDER / name).read_text()
 
 
 @pytest.mark.parametrize(
@@ -68,11 +78,11 @@ def test_committed_models_are_those_the_code_writes(made, kept):
         ('damping="0.01"', 'damping="0.010001"', "damping"),
         ('name="ring_middle"', 'name="ring_midle"', "name"),
         ('size="0.09665 ', 'size="0.09665 0.1 ', "size"),
-        (' class="hand_wrist"', "", "structure"),
+        (' class="{side}_hand_wrist"', "", "structure"),
     ],
 )
-def test_what_is_another_model_is_told(kept, before, after, word):
-    changed = kept.replace(before, after, 1)
+def test_what_is_another_model_is_told(kept, side, before, after, word):
+    changed = kept.replace(before.replace("{side}", side), after, 1)
     found = differences(*map(ElementTree.fromstring, (changed, kept)))
     assert [word in each for each in found] == [True]
 

@@ -72,7 +72,7 @@ def test_eigengrasps_do_not_cross_themselves(preset, side):
 
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_eigengrasps_are_keyframes_of_the_committed_models(side):
-    model = mujoco.MjModel.from_xml_path(str(TABLE.parent / f"{side}_hand.xml"))
+    model = mujoco.MjModel.from_xml_path(str(TABLE.parent / f"scene_{side}.xml"))
     hand = HandModel.from_spec(build_hand(HandSize(side=side)))
     postures = eigengrasp_postures(hand.penetration)
     assert len(postures) == 6

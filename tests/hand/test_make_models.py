@@ -65,14 +65,18 @@ def test_recordings_that_hardly_vary_have_no_eigengrasps(make):
         make.eigengrasps_text(RecordingSet((recording("still", np.zeros((20, 22))),)))
 
 
-def test_the_script_writes_the_table_and_both_hands(make, tmp_path):
+def test_the_script_writes_the_table_and_all_models(make, tmp_path):
     make.main(tmp_path)
     committed = data_folder("models") / "hand"
-    for name in ("right_hand.xml", "left_hand.xml"):
+    names = sorted(path.name for path in committed.glob("*.xml"))
+    assert sorted(path.name for path in tmp_path.glob("*.xml")) == names
+    for name in names:
         # Numbers may differ in their last digit; that they are right test_committed_hand.py tells.
         assert len((tmp_path / name).read_text()) == pytest.approx(
             len((committed / name).read_text()), rel=0.01
         )
+    both = "scene_both.xml"  # in which there is no number that a processor could round otherwise
+    assert (tmp_path / both).read_text() == (committed / both).read_text()
     written = table((tmp_path / "eigengrasps.csv").read_text())[1]
     for name, row in table((committed / "eigengrasps.csv").read_text())[1].items():
         assert np.allclose(written[name], row, atol=0.011)

@@ -372,6 +372,7 @@ def test_written_hand_is_the_built_one_for_plain_mujoco(side):
         "actuator_ctrlspec",
     ):
         assert np.allclose(getattr(model, field), getattr(built.model, field), atol=1e-5)
+    model = mujoco.MjModel.from_xml_path(str(MODELS / f"scene_{side}.xml"))
     data = mujoco.MjData(model)
     names = {model.key(i).name for i in range(model.nkey)}
     assert names >= set(POSTURES)
@@ -381,10 +382,11 @@ def test_written_hand_is_the_built_one_for_plain_mujoco(side):
         assert np.allclose(data.ctrl, q, atol=1e-5)
 
 
-def test_scene_stays_in_its_keyframes():
-    model = mujoco.MjModel.from_xml_path(str(MODELS / "scene.xml"))
+@pytest.mark.parametrize("which", [*SIDES, "both"])
+def test_scenes_stay_in_their_keyframes(which):
+    model = mujoco.MjModel.from_xml_path(str(MODELS / f"scene_{which}.xml"))
     data = mujoco.MjData(model)
-    assert model.nkey >= 5
+    assert model.nkey == 11
     for key in range(model.nkey):
         mujoco.mj_resetDataKeyframe(model, data, key)
         start = data.qpos.copy()

@@ -2,16 +2,16 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import sysconfig
+import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from .interpreters import ROOT, find_interpreter, stated_versions
 
 
 @pytest.fixture(scope="module")
@@ -39,14 +39,8 @@ def fresh_environment(folder: Path, interpreter: str = sys.executable) -> Path:
 
 
 def interpreter_of(version: str) -> str:
-    """A Python of a version such as 3.12, on the path or among those of pyenv."""
-    installed = Path.home().glob(f".pyenv/versions/{version}.*/bin/python")
-    for candidate in (shutil.which(f"python{version}"), *map(str, installed)):
-        asked = (candidate or "false", "-c", "import sys; print('%d.%d' % sys.version_info[:2])")
-        done = subprocess.run(asked, capture_output=True, text=True, check=False)
-        if candidate and done.stdout.strip() == version:
-            return candidate
-    pytest.skip(f"there is no Python {version} here")
+    """A Python of a version such as 3.12."""
+    return find_interpreter(version) or pytest.skip(f"there is no Python {version} here")
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +67,20 @@ def test_the_wheel_carries_models_and_assets_and_no_tests(wheel):
         assert f"handsim/_data/{file}" in names
     assert "handsim/__init__.pyi" in names
     assert not [name for name in names if name.startswith("tests") or "__pycache__" in name]
+    assert not [name for name in names if "/pictures/" in name], "nothing but the README shows them"
+
+
+def test_the_versions_stated_are_those_that_pip_lets_in() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert stated_versions() == ["3.11", "3.12", "3.13"]
+    assert project["requires-python"] == f">={stated_versions()[0]}"
+
+
+def test_this_interpreter_is_found_and_others_are_asked_for_their_version() -> None:
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    found = find_interpreter(version)
+    assert found is None or call(found, "--version", cwd=ROOT).startswith(f"Python {version}.")
+    assert find_interpreter("3.0") is None
 
 
 def check_installed(programs: Path, folder: Path) -> None:
@@ -102,7 +110,7 @@ def test_installed_it_grasps_draws_and_checks(programs, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13"])
+@pytest.mark.parametrize("version", stated_versions())
 def test_installed_with_its_own_dependencies(wheel, tmp_path, version):
     """As a user installs it: what pip brings along is enough."""
     programs = fresh_environment(tmp_path / "env", interpreter_of(version))

@@ -7,6 +7,7 @@ Both have the same arrays, with a row for each simulation, and both give the sam
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from typing import Literal
 
 import mujoco
 import numpy as np
@@ -15,8 +16,11 @@ import numpy.typing as npt
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import steps_per_reading
 from handsim.grasping.rollout.sensing import NO_SENSORS, SLOTS, Sensors, Touch, contacts_of
-from handsim.types import Array, Index
+from handsim.types import Array, Index, Mask
 
+Device = Literal["cpu", "warp"]
+"""What steps runs: MuJoCo on the processor, or mujoco_warp, on a GPU where there is one."""
+DEVICES: tuple[Device, ...] = ("cpu", "warp")
 COMMANDS = ("ctrl", "mocap_pos", "mocap_quat")
 """MuJoCo's arrays that a run commands."""
 
@@ -80,6 +84,10 @@ class Simulations(ABC):
         """
         return None
 
+    def incomplete(self) -> Mask | None:
+        """Return which simulations (n,) had no room for all that they met; None if none can."""
+        return None
+
 
 class OneSimulation(Simulations):
     """One simulation by itself, of the scene's own model and data."""
@@ -132,6 +140,10 @@ class BatchOfSimulations(Simulations):
         self._batch.step(ends > tick, nstep=self.n_steps)
 
 
-def simulations_of(scenes: Sequence[Scene]) -> Simulations:
+def simulations_of(scenes: Sequence[Scene], device: Device = "cpu") -> Simulations:
     """Return simulations of scenes whose models have one shape."""
+    if device == "warp":
+        from handsim.grasping.rollout._warp_worlds import WarpWorlds
+
+        return WarpWorlds(scenes)
     return OneSimulation(scenes[0]) if len(scenes) == 1 else BatchOfSimulations(scenes)

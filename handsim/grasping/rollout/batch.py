@@ -15,8 +15,11 @@ from importlib.util import find_spec
 
 import mujoco
 
+from handsim.errors import UnknownNameError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.rollout._stepping import DEVICES, Device
+from handsim.grasping.rollout._warp_worlds import need_warp, shared_key
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver, learned_driver
 from handsim.grasping.rollout.jobs import Job, command_key
@@ -33,6 +36,7 @@ def grasp_batch(
     plan: GraspPlan,
     conditions: Iterable[Conditions],
     n_threads: int | None = None,
+    device: Device = "cpu",
 ) -> list[Rollout]:
     """Grasp with a controller by one plan under many conditions, as `run_plan` does under one.
 
@@ -43,6 +47,13 @@ def grasp_batch(
         One for each run: seed, friction, mass, place of the object, size of the hand.
     n_threads
         By default one for each processor.
+    device
+        As in `simulate_batch`.
+
+    Raises
+    ------
+    InputError, MissingToolError
+        As `simulate_batch`.
     """
     scenes: dict[Conditions, Scene] = {}
     drivers: dict[tuple[str, bytes], Driver] = {}
@@ -59,11 +70,13 @@ def grasp_batch(
                 controller, plan, scene.lead, schedule, scene.task.object_name
             )
         jobs.append(Job(scene, plan, drivers[key]))
-    return simulate_batch(jobs, n_threads)
+    return simulate_batch(jobs, n_threads, device)
 
 
 @silent()
-def simulate_batch(jobs: Sequence[Job], n_threads: int | None = None) -> list[Rollout]:
+def simulate_batch(
+    jobs: Sequence[Job], n_threads: int | None = None, device: Device = "cpu"
+) -> list[Rollout]:
     """Make many runs at once, each as `simulate` does.
 
     Every thread has batches of its own, so that one reads and commands while others step.
@@ -72,13 +85,29 @@ def simulate_batch(jobs: Sequence[Job], n_threads: int | None = None) -> list[Ro
     ----------
     jobs
     n_threads
-        By default one for each processor.
+        By default one for each processor. ``warp`` has one.
+    device
+        ``warp`` steps all runs of one shape together with mujoco_warp, on a GPU where there is one,
+        in single precision. A run that it has no room for is made by MuJoCo.
 
     Returns
     -------
     list of Rollout
         In the order of the jobs.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such device.
+    MissingToolError
+        If mujoco_warp is not installed.
+    InputError
+        If mujoco_warp lacks something that a scene has.
     """
+    if device not in DEVICES:
+        raise UnknownNameError("device", device, DEVICES)
+    if device == "warp":
+        return _in_worlds(jobs)
     n_threads = n_threads or os.cpu_count() or 1
     shards = [group[i::n_threads] for group in _groups(jobs) for i in range(n_threads)]
     shards = [shard for shard in shards if shard]
@@ -89,6 +118,21 @@ def simulate_batch(jobs: Sequence[Job], n_threads: int | None = None) -> list[Ro
             for shard, each in zip(shards, made, strict=True)
             for i, run in zip(shard, each, strict=True)
         }
+    return [runs[i] for i in range(len(jobs))]
+
+
+def _in_worlds(jobs: Sequence[Job]) -> list[Rollout]:
+    """Make runs in the worlds of mujoco_warp, as many together as can be."""
+    need_warp()
+    runs: dict[int, Rollout] = {}
+    for group in _groups(jobs):
+        alike: dict[Hashable, list[int]] = {}
+        for i in group:
+            alike.setdefault(shared_key(jobs[i].scene.hand.model), []).append(i)
+        for numbers in alike.values():
+            made = run_jobs([jobs[i] for i in numbers], device="warp")
+            for i, run in zip(numbers, made, strict=True):
+                runs[i] = run or _by_itself(jobs[i])
     return [runs[i] for i in range(len(jobs))]
 
 

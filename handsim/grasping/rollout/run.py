@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from handsim.grasping.plan import GraspPlan, Schedule
-from handsim.grasping.rollout._stepping import COMMANDS, Simulations, simulations_of
+from handsim.grasping.rollout._stepping import COMMANDS, Device, Simulations, simulations_of
 from handsim.grasping.rollout.commands import LOST
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
@@ -79,7 +79,9 @@ def simulate(
     return rollout
 
 
-def run_jobs(jobs: Sequence[Job], *, brief: bool = False) -> list[Rollout | None]:
+def run_jobs(
+    jobs: Sequence[Job], *, brief: bool = False, device: Device = "cpu"
+) -> list[Rollout | None]:
     """Make runs whose models have one shape.
 
     Parameters
@@ -89,14 +91,16 @@ def run_jobs(jobs: Sequence[Job], *, brief: bool = False) -> list[Rollout | None
         equal `command_key` should follow each other.
     brief
         End each run as soon as its object is lost.
+    device
+        What steps them.
 
     Returns
     -------
     list of Rollout or None
-        None for a run of a batch that had more contacts than its sensors have slots for; it has to
-        be made by itself.
+        None for a run of a batch that had more contacts than its sensors have slots for, or a
+        device room for; it has to be made by itself.
     """
-    runs = _Runs(jobs)
+    runs = _Runs(jobs, device)
     runs.start()
     simulations, samples, recent = runs.simulations, runs.samples, runs.recent
     sent = [(samples[name], getattr(simulations, name)) for name in simulations.commanded]
@@ -175,9 +179,9 @@ class _Runs:
         What has yet to be checked.
     """
 
-    def __init__(self, jobs: Sequence[Job]) -> None:
+    def __init__(self, jobs: Sequence[Job], device: Device) -> None:
         self.jobs, n = jobs, len(jobs)
-        self.simulations = simulations = simulations_of([job.scene for job in jobs])
+        self.simulations = simulations = simulations_of([job.scene for job in jobs], device)
         self.commands = commands_of(jobs)
         self.ends = np.array([len(commands.times) for commands in self.commands])
         self.end = int(self.ends.max())
@@ -243,6 +247,9 @@ class _Runs:
             self.end = int(self.ends.max())
         if crowded.any():
             self.uncounted |= (crowded & self._not_ended(start, stop)).any(axis=0)
+        full = self.simulations.incomplete()
+        if full is not None:
+            self.uncounted |= full & (self.ends >= stop)
 
     def _not_ended(self, start: int, stop: int) -> Mask:
         """Whether readings (stop - start, n_runs) are of the runs: not after their ends."""
