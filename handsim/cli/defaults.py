@@ -116,6 +116,7 @@ def planning_grasper(
     For another hand they begin with the plans of the usual one, carried over to it.
     """
     from handsim.cli.console import note
+    from handsim.cli.waiting import fraction_done
     from handsim.grasping.planning.grasper import ControllerGrasper
     from handsim.grasping.planning.plan_store import (
         plan_store,
@@ -136,7 +137,7 @@ def planning_grasper(
         *usual_store(shipped_folder(), built_in.digest, conditions),
     )
     mode = "replay" if replay else "plan"
-    return ControllerGrasper(learned, mode, own, hints, shared, note)
+    return ControllerGrasper(learned, mode, own, hints, shared, note, fraction_done)
 
 
 @cache
@@ -196,6 +197,7 @@ def grasper_without(
         If no recording is of that object.
     """
     from handsim.cli.console import note
+    from handsim.cli.waiting import fraction_done
     from handsim.grasping.planning.grasper import ControllerGrasper, without_object
     from handsim.grasping.planning.plan_store import plan_store, usual_store
     from handsim.learning.learn import learn_controller, learn_like
@@ -216,7 +218,7 @@ def grasper_without(
         plans = plan_folder(path)
     store = plan_store(plans, learned.digest, conditions)
     hints = usual_store(plans, learned.digest, conditions)
-    return ControllerGrasper(learned, "plan", store, hints, note=note)
+    return ControllerGrasper(learned, "plan", store, hints, note=note, planning=fraction_done)
 
 
 def _check_learned_from(

@@ -12,6 +12,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
+    import rich.progress
+
     from handsim.types import Progress
 
 T = TypeVar("T")
@@ -23,6 +25,8 @@ _last = [perf_counter()]
 """When something was last said, or a command began."""
 _working: list[Event] = []
 """Work that goes on, the innermost last, which alone speaks: what began it waits for it."""
+_bars: "list[rich.progress.Progress]" = []
+"""Bars of work that goes on, the innermost last, which alone is drawn."""
 _SOON = 0.005  # least time between two looks at the clock [s]
 
 
@@ -37,7 +41,8 @@ def fraction_done(label: str) -> "Generator[Progress, None, None]":
 
     Work that does not know how far it is need not call it: then the time so far is shown alone.
     """
-    shown = _bar(label) if sys.stderr.isatty() else _lines(label)
+    # A bar puts something else in place of standard error, which is no terminal.
+    shown = _bar(label) if _bars or sys.stderr.isatty() else _lines(label)
     with shown as tell:
         yield tell
 
@@ -90,11 +95,19 @@ def _bar(label: str) -> "Generator[Progress, None, None]":
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), HowFar())
     # Results are not led into the console of the bar, unless both are on the terminal.
     shared = sys.stdout.isatty()
-    with Progress(
-        *columns, console=Console(stderr=True), transient=True, redirect_stdout=shared
-    ) as bar:
-        task = bar.add_task(label, total=None)
+    bar = Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shared)
+    task = bar.add_task(label, total=None)
+    if _bars:  # two would write over each other
+        _bars[-1].stop()
+    _bars.append(bar)
+    try:
+        bar.start()
         yield lambda fraction: bar.update(task, total=1.0, completed=fraction)
+    finally:
+        bar.stop()
+        _bars.remove(bar)
+        if _bars:
+            _bars[-1].start()
     heard()
 
 

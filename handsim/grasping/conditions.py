@@ -168,3 +168,17 @@ def perturb(conditions: Conditions, seed: int, ranges: Perturbation | None = Non
         shake=ranges.shake,
         bias=max(conditions.bias, ranges.bias),
     )
+
+
+def trial_conditions(
+    conditions: Conditions, n_trials: int, hard: Hard | None = None
+) -> list[Conditions]:
+    """Return the nominal conditions, then those of ``n_trials`` perturbed runs.
+
+    The perturbed runs have the seeds after that of the nominal one. Where something is made
+    ``hard``, they are perturbed in that alone.
+    """
+    seeds = range(conditions.seed + 1, conditions.seed + 1 + n_trials)
+    if hard is not None:
+        return [conditions, *(made_hard(conditions, seed, hard) for seed in seeds)]
+    return [conditions, *(perturb(conditions, seed) for seed in seeds)]

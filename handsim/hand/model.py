@@ -72,6 +72,11 @@ class HandModel:
         )
         mujoco.mj_forward(self.model, self.data)
 
+    def pose(self, q: Array) -> None:
+        """Put joints at q, (22,) [rad], and update nothing but where everything is."""
+        self.data.qpos[self.qpos_index] = q
+        mujoco.mj_kinematics(self.model, self.data)
+
     def penetration(self, q: Array) -> float:
         """Return how deep anything penetrates in posture q, (22,) [rad], which is set [m]."""
         self.set_posture(q)

@@ -119,6 +119,7 @@ HAMMER = GraspObject(
         *_handle_of_hammer(),
     ),
     source="locksmith's hammer, 300 g head of 105 x 23 mm, ash handle of 300 mm (DIN 1041 class)",
+    handed=True,
 )  # fmt: skip
 
 ASHTRAY = GraspObject(
@@ -296,6 +297,7 @@ SCISSORS = GraspObject(
         ),
     ),
     source="as scissors 037 of the YCB set: 200 x 87 mm, 82 g; 10.5 mm thick",
+    handed=True,
 )
 
 STAPLER = GraspObject(

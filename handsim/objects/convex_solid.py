@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from handsim.objects.mjcf import read_mesh
+from handsim.objects.mjcf import points_of
 from handsim.objects.object import Collider, GraspObject
 from handsim.types import Array, Index, Mask
 
@@ -171,9 +171,7 @@ _FIELDS = ("line", "enter", "leave", "normal_in", "normal_out", "room_before", "
 def corners(collider: Collider) -> Array:
     """Return the corners of a convex piece, (n, 3) [m]; round ones become prisms."""
     if collider.kind == "hull":
-        return np.asarray(
-            read_mesh(collider.mesh).vertices if collider.mesh else collider.points, dtype=float
-        )
+        return np.asarray(points_of(collider), dtype=float)
     turn = Rotation.from_quat(collider.quat, scalar_first=True)
     return turn.apply(_primitive(collider)) + np.array(collider.pos)
 

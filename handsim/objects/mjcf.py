@@ -30,10 +30,12 @@ __all__ = [
     "centre_of_mass",
     "object_by_name",
     "object_from_mesh",
+    "points_of",
     "read_mesh",
     "surface_of",
 ]
 
+_MIRROR = np.array([1.0, -1.0, 1.0])
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
 """Geom groups as in mujoco_menagerie: 2 is drawn, 3 takes part in contact."""
 
@@ -167,8 +169,7 @@ def _add_shapes(
             "rgba": [0.2, 0.6, 0.3, 0.4],
         }
         if collider.kind == "hull":
-            points = read_mesh(collider.mesh).vertices if collider.mesh else collider.points
-            spec.add_mesh(name=name, uservert=np.ravel(points))
+            spec.add_mesh(name=name, uservert=points_of(collider).ravel())
             body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **contact)
         else:
             size = [*collider.size, 0.0, 0.0][:3]
@@ -222,7 +223,21 @@ def _add_hinge(spec: mujoco.MjSpec, body: mujoco.MjsBody, hinge: Hinge, start: f
 @lru_cache(maxsize=64)
 def surface_of(piece: Piece) -> TriangleMesh:
     """Return the surface of a piece, from its file where it has one."""
-    return read_mesh(piece.mesh) if isinstance(piece.mesh, str) else piece.mesh
+    mesh = read_mesh(piece.mesh) if isinstance(piece.mesh, str) else piece.mesh
+    if not piece.mirrored:
+        return mesh
+    image = TriangleMesh(mesh.vertices * _MIRROR, mesh.faces[:, ::-1].copy())  # outside is outside
+    image.vertices.flags.writeable = False
+    image.faces.flags.writeable = False
+    return image
+
+
+def points_of(collider: Collider) -> Array:
+    """Return the points of a hull, from its file where it has one, (n, 3) [m]."""
+    if not collider.mesh:
+        return np.array(collider.points)
+    vertices = read_mesh(collider.mesh).vertices
+    return vertices * _MIRROR if collider.mirrored else vertices
 
 
 def read_mesh(name: str) -> TriangleMesh:

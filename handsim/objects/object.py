@@ -38,6 +38,8 @@ class Collider:
         The points of a hull, in the object frame [m].
     mesh
         Name of a mesh file whose vertices are the points of a hull instead.
+    mirrored
+        Whether that file is read as its mirror image across y = 0.
     """
 
     kind: Kind
@@ -46,6 +48,7 @@ class Collider:
     quat: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     points: tuple[Vec3, ...] = ()
     mesh: str | None = None
+    mirrored: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +73,15 @@ class Piece:
         Colour and opacity, 0 to 1.
     shine
         Specular reflection, 0 to 1.
+    mirrored
+        Whether the surface is the mirror image of ``mesh`` across y = 0.
     """
 
     mesh: str | TriangleMesh
     mass: float
     rgba: tuple[float, float, float, float]
     shine: float = 0.3
+    mirrored: bool = False
 
 
 @dataclass(frozen=True)
@@ -136,6 +142,8 @@ class GraspObject:
         Axis about which a turn cannot be seen, if any.
     source
         Where sizes and masses come from.
+    handed
+        Whether its left and right are not alike, so that a left hand takes its mirror image.
     """
 
     name: str
@@ -145,6 +153,7 @@ class GraspObject:
     source: str
     links: tuple[Link, ...] = ()
     symmetry: Literal["x", "z"] | None = None
+    handed: bool = False
 
     @property
     def mass(self) -> float:

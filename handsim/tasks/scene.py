@@ -86,6 +86,8 @@ def build_scene(
     UnknownNameError
         If there is no object of that name.
     """
+    if isinstance(task, Task) and hand is not None:
+        task = task.for_side(hand.side)
     target = _target_of(task)
     spec = mujoco.MjSpec()
     spec.modelname = f"handsim {target.name}"
@@ -93,8 +95,6 @@ def build_scene(
     _add_surroundings(spec, hand or MEDIAN_HAND)
     place = np.array([*offset, 0.0])
     if isinstance(task, Task):
-        if hand is not None:
-            task = task.for_side(hand.side)
         yaw = np.deg2rad(task.yaw_deg) + turn
         start = {name: np.deg2rad(angle) for name, angle in task.start_deg}
         body = add_object(spec, target, pos=place, yaw=yaw, start=start, mass_scale=mass_scale)

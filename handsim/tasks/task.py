@@ -14,6 +14,7 @@ from typing import Literal
 from handsim.joints import Finger
 from handsim.objects.catalogue import OBJECTS
 from handsim.objects.grasp import Grasp
+from handsim.objects.mirror import mirrored, reflected, reflected_axis
 from handsim.objects.object import GraspObject, Vec3
 from handsim.types import Side
 
@@ -119,6 +120,8 @@ class Task:
         Angles of its hinges before the grasp, by name, where they are not 0.
     own_object
         The object itself where it is not a built-in one.
+    mirrored
+        Whether the object's mirror image is grasped in its place.
     """
 
     number: int
@@ -131,26 +134,30 @@ class Task:
     yaw_deg: float = 0.0
     start_deg: tuple[tuple[str, float], ...] = ()
     own_object: GraspObject | None = None
+    mirrored: bool = False
 
     @property
     def object(self) -> GraspObject:
         """What is grasped."""
-        return self.own_object or OBJECTS[self.object_name]
+        usual = self.own_object or OBJECTS[self.object_name]
+        return mirrored(usual) if self.mirrored else usual
 
     def for_side(self, side: Side) -> "Task":
         """Return the task for that hand; the left one's is the mirror image across y = 0.
 
-        The object itself is not mirrored: the mouse's left button stays on the left and is
-        pressed by the finger that lies there, and a thread keeps its direction.
+        What is `handed` is mirrored as well: a hammer lies turned over, and scissors are a pair for
+        left-handers. Everything else is its own mirror image, but for what people have one kind of:
+        the mouse's left button stays on the left and is pressed by the finger that lies there, and
+        a thread keeps its direction.
         """
         if side == "right":
             return self
         grasp = replace(
             self.grasp,
-            point=_mirror(self.grasp.point),
-            opposition=_mirror(self.grasp.opposition),
-            approach=_mirror(self.grasp.approach),
-            pointing=self.grasp.pointing and _mirror(self.grasp.pointing),
+            point=reflected(self.grasp.point),
+            opposition=reflected(self.grasp.opposition),
+            approach=reflected(self.grasp.approach),
+            pointing=self.grasp.pointing and reflected(self.grasp.pointing),
         )
         steps = tuple(_mirror_step(step, self.action) for step in self.steps)
         pressed = tuple(
@@ -158,7 +165,14 @@ class Task:
             for each in self.rule.pressed
         )
         rule = replace(self.rule, pressed=pressed)
-        return replace(self, grasp=grasp, steps=steps, rule=rule, yaw_deg=-self.yaw_deg)
+        return replace(
+            self,
+            grasp=grasp,
+            steps=steps,
+            rule=rule,
+            yaw_deg=-self.yaw_deg,
+            mirrored=self.mirrored != self.object.handed,
+        )
 
     def _mirror_finger(self, finger: Finger) -> Finger:
         """Return the finger that lies on the same button in the other hand."""
@@ -169,15 +183,9 @@ _OTHER: dict[Finger, Finger] = {"index": "middle", "middle": "index"}
 """Which finger lies on a button of the mouse when the other hand is on it."""
 
 
-def _mirror(vector: Vec3) -> Vec3:
-    x, y, z = vector
-    return (x, -y, z)
-
-
 def _mirror_step(step: Step, action: Action) -> Step:
     """Mirror displacement and turn (an axial vector) across y = 0."""
-    x, y, z = step.axis
-    axis = step.axis if action == "unscrew" else (-x, y, -z)
+    axis = step.axis if action == "unscrew" else reflected_axis(step.axis)
     swap = action == "click"
     flex = tuple(_OTHER.get(finger, finger) if swap else finger for finger in step.flex)
-    return replace(step, shift=_mirror(step.shift), axis=axis, flex=flex)
+    return replace(step, shift=reflected(step.shift), axis=axis, flex=flex)

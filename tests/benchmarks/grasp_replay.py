@@ -14,11 +14,10 @@ import numpy as np
 from sklearn.decomposition import PCA
 
 from handsim.files import data_folder
-from handsim.grasping.conditions import Conditions
+from handsim.grasping.conditions import Conditions, trial_conditions
 from handsim.grasping.judging.rates import wilson_interval
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.planning.demonstrator import scripted_plan
-from handsim.grasping.planning.grasper import trial_conditions
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import simulate

@@ -21,8 +21,9 @@ from mujoco.batch import Batch
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.planning.grasper import replayed_plan
 from handsim.grasping.planning.plan_store import plan_store
-from handsim.grasping.planning.planner import replayed_plan, run_plan
+from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout.batch import grasp_batch
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import LearnedDriver, learned_driver

@@ -30,7 +30,7 @@ def planned(monkeypatch):
     built_in = defaults.planning_grasper(None, Conditions()).store.read()
     controllers, made = [], []
 
-    def quickly(controller, task, conditions, known=None, *, others=(), seed=0):
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0, progress=None):
         if known is None:
             controllers.append(controller)
         else:  # a plan that did not hold is the start of a further search: no other may be

@@ -30,7 +30,7 @@ def planned(monkeypatch):
     """Searches: none takes any time, each finds the built-in plan a little changed."""
     plans, asked = planning_grasper(None, Conditions()).read(), []
 
-    def quickly(controller, task, conditions, known=None, *, others=(), seed=0):
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0, progress=None):
         asked.append(task.name)
         plan = replace(plans[task.name], squeeze=plans[task.name].squeeze + 0.01)
         return plan, SimpleNamespace(outcome=SimpleNamespace(success=True))

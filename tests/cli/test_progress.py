@@ -1,6 +1,7 @@
 """What takes long says how far it is: by a bar on a terminal, by a line now and then elsewhere."""
 
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -14,6 +15,7 @@ import pytest
 from handsim.cli import grasping, waiting
 from handsim.cli.console import note
 from handsim.cli.waiting import fraction_done, how_far, in_time, progress
+from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 
@@ -131,6 +133,35 @@ def test_of_work_within_work_the_innermost_speaks(monkeypatch, capsys) -> None:
         assert "outer" not in said
         time.sleep(0.8)
     assert "outer: " in capsys.readouterr().err
+
+
+def test_of_work_within_work_the_innermost_has_the_bar(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with fraction_done("outer") as outer:
+        (whole,) = waiting._bars
+        assert whole.live.is_started
+        with fraction_done("inner") as inner:
+            inner(0.5)
+            assert [bar.live.is_started for bar in waiting._bars] == [False, True]
+        assert waiting._bars == [whole] and whole.live.is_started
+        outer(0.5)
+    assert not waiting._bars and not whole.live.is_started
+    assert "inner" in capsys.readouterr().err
+
+
+def test_planning_says_how_far_it_is(run, tmp_path, monkeypatch) -> None:
+    def slowly(controller, task, conditions, known=None, *, others, seed, progress):
+        progress(0.25)
+        time.sleep(0.3)
+        raise InputError("that is enough of it")
+
+    monkeypatch.setattr("handsim.grasping.planning.grasper.plan_grasp", slowly)
+    monkeypatch.setattr(waiting, "LONGEST_SILENCE", 0.1)
+    shutil.copy(data_folder("assets") / "controller.npz", tmp_path)
+    size = ("--hand-length", "0.17")
+    result = run("grasp", tmp_path / "controller.npz", "--task", "cube-raise", *size)
+    said = [line for line in result.err.splitlines() if line.startswith("planning cube-raise: ")]
+    assert "planning cube-raise: 25 %, 0 s so far, about 1 s left" in said
 
 
 def test_what_is_interrupted_stops_speaking(capsys) -> None:

@@ -33,7 +33,7 @@ def searched(monkeypatch):
     """Tasks that were searched; the start is taken as it is."""
     tasks = []
 
-    def quickly(grasps, task, conditions, starts):
+    def quickly(grasps, task, conditions, starts, *, progress):
         tasks.append(task.name)
         start = replace(starts[0], arrive=0.85)
         scene = RobotScene.build(task, conditions, grasps.retargeter.robot)

@@ -102,6 +102,68 @@ def test_the_left_scene_is_the_mirror_image_of_the_right(task: Task) -> None:
     np.testing.assert_allclose(left[2], flip @ right[2] @ flip, atol=1e-9)
 
 
+MIRROR = np.array([1.0, -1.0, 1.0])
+
+
+def looked_at(task: Task, side: Side, group: int) -> list[float]:
+    """How far it is to the object along rays from all around, mirrored for a left hand [m].
+
+    0 where a ray passes it.
+    """
+    model = build_scene(task.for_side(side), None).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    shown = np.array([each == group for each in range(6)], np.uint8)
+    root = model.body("object").id
+    generator, seen = np.random.default_rng(3), list[float]()
+    centre = data.body("object").xpos + [0, 0, 0.02]
+    for _ in range(400):
+        start = generator.normal(size=3) * [1, 1, 0.3] + [0, 0, 1]
+        start *= 0.4 / np.linalg.norm(start)
+        way = centre + generator.uniform(-0.1, 0.1, 3) * [1, 1, 0.3] - start
+        if side == "left":
+            start, way = MIRROR * start, MIRROR * way
+        hit = np.zeros(1, np.int32)
+        far = mujoco.mj_ray(model, data, start, way / np.linalg.norm(way), shown, 1, -1, hit)
+        on_it = hit[0] >= 0 and model.body_rootid[model.geom_bodyid[hit[0]]] == root
+        seen.append(far if on_it else 0.0)
+    return seen
+
+
+@every_task
+@pytest.mark.parametrize("group", [2, 3], ids=["seen", "touched"])
+def test_a_left_hand_finds_the_mirror_image_of_the_object(task: Task, group: int) -> None:
+    right, left = (np.array(looked_at(task, side, group)) for side in SIDES)
+    hit = (right > 0) | (left > 0)
+    assert hit.sum() > 12
+    # Along an edge a ray may miss on one side.
+    assert np.mean(np.abs(right - left)[hit] > 1e-4) < 0.02
+
+
+@every_task
+def test_its_mass_lies_mirrored_as_well_and_its_hinges_turn_the_other_way(task: Task) -> None:
+    (of, right), (model, left) = (loaded(build_scene(task.for_side(s), None)) for s in SIDES)
+    names = [model.body(i).name for i in range(1, model.nbody)]
+    swapped = {"left_button": "right_button", "right_button": "left_button"}
+    flip = np.diag(MIRROR)
+    for name in names:
+        here, there = right.body(name), left.body(swapped.get(name, name))
+        assert model.body(there.id).mass == pytest.approx(of.body(here.id).mass)
+        np.testing.assert_allclose(there.xipos, MIRROR * here.xipos, atol=1e-6)
+        tensors = []
+        for data, body in ((right, here), (left, there)):
+            axes = data.ximat[body.id].reshape(3, 3)
+            spec = of if data is right else model
+            tensors.append(axes @ np.diag(spec.body_inertia[body.id]) @ axes.T)
+        np.testing.assert_allclose(tensors[1], flip @ tensors[0] @ flip, rtol=1e-3, atol=2e-9)
+    if task.object_name in ("mouse", "jar"):  # buttons keep their sides, threads their direction
+        return
+    for i in range(model.njnt):
+        if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_HINGE:
+            np.testing.assert_allclose(left.xaxis[i], -MIRROR * right.xaxis[i], atol=1e-6)
+            np.testing.assert_allclose(left.xanchor[i], MIRROR * right.xanchor[i], atol=1e-9)
+
+
 @every_task
 def test_the_hand_comes_from_where_the_person_sits(task: Task) -> None:
     """The forearm points away from -x, and not from the far side of the other hand.

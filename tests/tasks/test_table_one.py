@@ -10,6 +10,7 @@ from handsim.objects.mjcf import OBJECTS
 from handsim.tasks.scene import build_scene, hand_axes
 from handsim.tasks.table_one import PHONE_TODAY_VIEW, TASK_NAMES, TASKS, Task, task_by_name
 from handsim.tasks.task import Pressed
+from handsim.types import Side
 
 NAMES = (
     "tall-glass-drink tall-glass-side-move tall-glass-top-move tall-glass-side-rotate mouse-slide "
@@ -69,9 +70,10 @@ def test_the_grasp_lies_midway_between_surfaces_its_width_apart(task: Task) -> N
         assert depth == pytest.approx(task.grasp.width / 2, abs=5e-4)
 
 
-def test_the_pads_that_use_the_scissors_stand_in_its_loops() -> None:
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_pads_that_use_the_scissors_stand_in_its_loops(side: Side) -> None:
     """Both pads are free of the object, and pushed together they meet the loops' inner walls."""
-    task = task_by_name("scissors-use")
+    task = task_by_name("scissors-use").for_side(side)
     model = build_scene(task, None).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -162,8 +164,18 @@ def test_what_is_pressed_is_pressed_by_the_finger_that_is_named() -> None:
         assert {each.body for each in task.rule.pressed} <= {*bodies, "object"}
 
 
+def test_only_hammer_and_scissors_are_mirrored_for_a_left_hand() -> None:
+    """They are what lies otherwise than its mirror image: see the tests of the scene."""
+    left = [task.for_side("left") for task in ALL]
+    assert {each.object_name for each in left if each.mirrored} == {"hammer", "scissors"}
+    for task, mirrored in zip(ALL, left, strict=True):
+        assert (mirrored.object is task.object) == (not mirrored.mirrored)
+    (hinge,) = (link.hinge for link in task_by_name("scissors-use").for_side("left").object.links)
+    assert hinge.axis == (0.0, 0.0, 1.0)
+
+
 def test_a_left_hand_presses_with_the_finger_that_lies_on_the_button() -> None:
-    """Buttons are not mirrored; the blade of the scissors is the thumb's in either hand."""
+    """Buttons are not mirrored; scissors are, and their blade is the thumb's in either hand."""
     left = {task.name: task.for_side("left").rule.pressed for task in ALL}
     assert left["mouse-left-click"] == (Pressed(("middle",), "left_button"),)
     assert left["mouse-right-click"] == (Pressed(("index",), "right_button"),)

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from handsim.grasping.conditions import Conditions, Hard
+from handsim.grasping.conditions import Conditions, Hard, trial_conditions
 from handsim.grasping.judging.quality import grasp_quality
 from handsim.grasping.judging.rates import wilson_interval
 from handsim.grasping.judging.six_axis import SixAxisOutcome, six_axis
-from handsim.grasping.planning.grasper import ControllerGrasper, Grasper, trial_conditions
+from handsim.grasping.planning.grasper import ControllerGrasper, Grasper
 from handsim.grasping.pool import in_order, processes
 from handsim.grasping.rollout.record import Rollout
 from handsim.tasks.rules import Outcome, Reason

@@ -44,6 +44,8 @@ TURN = 0.008
 SQUEEZE = 0.002
 """Weight of a unit between the factor on the squeeze and that of the script [m]."""
 SQUEEZE_RANGE = (0.3, 2.0)
+REMEMBERED = 32
+"""Postures whose pads a fit remembers: more than one set of derivatives has."""
 MIRROR = np.array([1.0, -1.0, 1.0])
 """Across y = 0 of the object frame, as `Task.for_side` mirrors a grasp."""
 
@@ -143,6 +145,7 @@ def fit_fingertips(
     """
     n = len(z_start)
     plan, full = targets.plan, squeeze_offset(1.0, targets.grasp.fingers)
+    pads = _Pads(hand)
 
     def unpacked(x: Array) -> tuple[Array, Pose, float]:
         palm = plan.palm.moved(x[n : n + 3], Rotation.from_rotvec(x[n + 3 : n + 6]))
@@ -151,8 +154,11 @@ def fit_fingertips(
     def residuals(x: Array) -> Array:
         z, palm, squeeze = unpacked(x)
         before = clip_to_range(subspace.inverse_transform(z))
-        off_before, _ = _misses(hand, before, palm, targets)
-        off_after, askew = _misses(hand, clip_to_range(before + squeeze * full), palm, targets)
+        after, turn = clip_to_range(before + squeeze * full), palm.rotation
+        off_before = palm.pos + turn.apply(pads(before)[0]) - targets.pos
+        pos, normal = pads(after)
+        off_after = palm.pos + turn.apply(pos) - targets.pos
+        askew = turn.apply(normal) - targets.normal
         clearance = (off_before * targets.outward).sum(axis=1)
         clearance = np.where(clearance > 0, WEIGHTS["wider"], WEIGHTS["narrower"]) * clearance
         lacking = np.maximum((off_after * targets.outward).sum(axis=1) + PRESSED, 0.0)
@@ -241,18 +247,18 @@ def _resized(
         shift, turn = x[n : n + 3], Rotation.from_rotvec(x[n + 3 :])
         return np.clip(z_start + x[:n], *box), plan.palm.moved(shift, turn)
 
-    def pads(hand: HandModel, z: Array, palm: Pose) -> Array:
+    def pads(hand: _Pads, z: Array, palm: Pose) -> Array:
         q = clip_to_range(subspace.inverse_transform(z))
-        before, normal = _pads_in_palm(hand, q)
-        after, _ = _pads_in_palm(hand, clip_to_range(q + full))
+        before, normal = hand(q)
+        after, _ = hand(clip_to_range(q + full))
         turn = palm.rotation
         pos = [palm.pos + turn.apply(each) for each in (before, after)]
         return np.concatenate([*pos, NORMAL * turn.apply(normal)], axis=1)
 
-    wanted = pads(hands[0], z_start, plan.palm)
+    wanted, other = pads(_Pads(hands[0]), z_start, plan.palm), _Pads(hands[1])
 
     def residuals(x: Array) -> Array:
-        off = weight * (pads(hands[1], *unpacked(x)) - wanted)
+        off = weight * (pads(other, *unpacked(x)) - wanted)
         return np.concatenate([off.ravel(), TURN * x[n + 3 :]])
 
     scale = np.concatenate([np.full(n, 0.3), np.full(3, 0.02), np.full(3, 0.2)])
@@ -261,16 +267,29 @@ def _resized(
     return replace(plan, palm=palm, z_goal=z, q_goal=q_goal)
 
 
-def _misses(hand: HandModel, q: Array, palm: Pose, targets: PadTargets) -> tuple[Array, Array]:
-    """Return the differences of pads and targets in position [m] and direction, each (5, 3)."""
-    pos, normal = _pads_in_palm(hand, q)
-    turn = palm.rotation
-    return palm.pos + turn.apply(pos) - targets.pos, turn.apply(normal) - targets.normal
+class _Pads:
+    """The pads of a hand in its palm's frame, by posture.
+
+    Of the steps with which a fit finds its derivatives most move the palm alone: the postures of
+    the latest are remembered.
+    """
+
+    def __init__(self, hand: HandModel) -> None:
+        self._hand, self._known = hand, dict[bytes, tuple[Array, Array]]()
+
+    def __call__(self, q: Array) -> tuple[Array, Array]:
+        """Return positions [m] and normals of the pads in a posture (22,) [rad], each (5, 3)."""
+        key = q.tobytes()
+        if key not in self._known:
+            while len(self._known) >= REMEMBERED:
+                del self._known[next(iter(self._known))]
+            self._known[key] = _pads_in_palm(self._hand, q)
+        return self._known[key]
 
 
 def _pads_in_palm(hand: HandModel, q: Array) -> tuple[Array, Array]:
     """Return positions [m] and normals of the pads in the palm's frame, each (5, 3)."""
-    hand.set_posture(q)
+    hand.pose(q)
     palm = palm_pose(hand)
     back = palm.rotation.inv()
     pos, normal = hand.pads()

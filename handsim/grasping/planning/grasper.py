@@ -1,16 +1,18 @@
 """Graspers that use a learned controller, and where their plans come from."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from handsim.errors import InputError
-from handsim.grasping.conditions import Conditions, Hard, made_hard, perturb
+from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
+from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
 from handsim.grasping.planning.plan_store import Note, PlanStore, StoredPlan, counted
-from handsim.grasping.planning.planner import SEEDS, plan_grasp, replayed_plan, run_plan
-from handsim.grasping.pool import Pool, processes
+from handsim.grasping.planning.planner import SEEDS, plan_grasp, run_plan
+from handsim.grasping.pool import Pool, one_by_one, processes
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
 from handsim.hand.mjcf import build_hand
@@ -20,10 +22,13 @@ from handsim.learning.controller import GraspController
 from handsim.recordings.recording import RecordingSet
 from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
+from handsim.types import Progress
 
 Grasper = Callable[[Task, Conditions], Rollout]
 """Grasps a task under the given conditions."""
 Mode = Literal["plan", "replay"]
+Waiting = Callable[[str], AbstractContextManager[Progress | None]]
+"""Called with what takes long: a context whose value is called with the fraction done, or None."""
 
 ATTEMPTS = 2
 """Searches for a plan that holds before one that does not is kept and used.
@@ -32,18 +37,10 @@ All are made at once, so that the same command gives the same result each time. 
 raised, plans that do not hold are searched again."""
 
 
-def trial_conditions(
-    conditions: Conditions, n_trials: int, hard: Hard | None = None
-) -> list[Conditions]:
-    """Return the nominal conditions, then those of ``n_trials`` perturbed runs.
-
-    The perturbed runs have the seeds after that of the nominal one. Where something is made
-    ``hard``, they are perturbed in that alone.
-    """
-    seeds = range(conditions.seed + 1, conditions.seed + 1 + n_trials)
-    if hard is not None:
-        return [conditions, *(made_hard(conditions, seed, hard) for seed in seeds)]
-    return [conditions, *(perturb(conditions, seed) for seed in seeds)]
+@contextmanager
+def nobody_waits(label: str) -> Generator[None, None, None]:
+    """Say nothing of how far work is."""
+    yield
 
 
 @dataclass(frozen=True)
@@ -72,16 +69,29 @@ class Wanted:
     others: tuple[StoredPlan, ...] = ()
 
 
-def search_plan(controller: GraspController, wanted: Wanted) -> StoredPlan:
+def replayed_plan(controller: GraspController, scene: Scene, hand: HandModel) -> GraspPlan:
+    """Return a plan with the recorded destination and the palm pose of the scripted plan."""
+    scripted, _ = scripted_plan(scene.task, hand, side=scene.conditions.hand.side)
+    recorded = controller.demonstration(scene.task.name)
+    return replace(scripted, q_goal=recorded.q_goal)
+
+
+def search_plan(
+    controller: GraspController, wanted: Wanted, progress: Progress | None = None
+) -> StoredPlan:
     """Search until a plan holds or `ATTEMPTS` searches are made, each with seeds of its own.
 
-    What one search finds is where the next begins, beside the plans of other hands.
+    What one search finds is where the next begins, beside the plans of other hands. ``progress`` is
+    called with the fraction done, as far as it is known: that of this search and those before it.
     """
     task, conditions, hand = wanted.task, wanted.conditions, counted(wanted.conditions.hand)
     attempts, plan, others, held = wanted.attempts, wanted.start, wanted.others, False
     while not held and attempts < ATTEMPTS:
         seed, known = attempts * SEEDS, None if others else plan
-        plan, run = plan_grasp(controller, task, conditions, known, others=others, seed=seed)
+        tell = _share(progress, attempts - wanted.attempts, attempts - wanted.attempts + 1)
+        plan, run = plan_grasp(
+            controller, task, conditions, known, others=others, seed=seed, progress=tell
+        )
         attempts, held = attempts + 1, run.outcome.success
         if others:
             others = (StoredPlan(plan, held, hand=hand), *others)
@@ -113,6 +123,9 @@ class ControllerGrasper:
     note
         Called with a line for each plan that is made again, with the reason, and for each that
         could not be stored.
+    planning
+        Called with a label while a plan is searched: a context whose value is called with the
+        fraction done.
     made
         Plans made by this grasper, by task. They are used even where the store cannot be written.
     proven
@@ -125,6 +138,7 @@ class ControllerGrasper:
     hints: tuple[PlanStore, ...] = ()
     shared: tuple[PlanStore, ...] = ()
     note: Note | None = None
+    planning: Waiting = nobody_waits
     made: dict[str, StoredPlan] = field(
         default_factory=dict[str, StoredPlan], repr=False, compare=False
     )
@@ -150,15 +164,19 @@ class ControllerGrasper:
         if isinstance(found, GraspPlan):
             return found
         self._note_again(found)
-        return self.keep(task, search_plan(self.controller, found))
+        with self.planning(f"planning {task.name}") as progress:
+            stored = search_plan(self.controller, found, progress)
+        return self.keep(task, stored)
 
     def prepare(self, tasks: Sequence[Task], conditions: Conditions, n_jobs: int) -> None:
         """Make and store the plans that are missing, in ``n_jobs`` processes."""
         if self.mode == "replay":
             return
         _, missing = self.look_up_all(tasks, conditions)
-        for _ in search_plans([(self, each) for each in missing], processes(n_jobs)):
-            pass
+        pool = processes(min(n_jobs, len(missing)) or 1)
+        with self.planning("planning") as progress:
+            for _ in search_plans([(self, each) for each in missing], pool, progress):
+                pass
 
     def look_up_all(
         self, tasks: Iterable[Task], conditions: Conditions
@@ -270,17 +288,31 @@ class ControllerGrasper:
 
 
 def search_plans(
-    missing: Sequence[tuple[ControllerGrasper, Wanted]], pool: Pool
+    missing: Sequence[tuple[ControllerGrasper, Wanted]],
+    pool: Pool,
+    progress: Progress | None = None,
 ) -> Iterator[tuple[int, GraspPlan]]:
     """Search plans, several at a time, and yield each with its number in ``missing``.
 
-    Each plan is stored where its grasper stores plans, before it is yielded.
+    Each plan is stored where its grasper stores plans, before it is yielded. ``progress`` is called
+    with the fraction done: after each plan, and in this process within each as well.
     """
-    arguments = ((i, (grasper.controller, each)) for i, (grasper, each) in enumerate(missing))
+    n, within = len(missing), progress if pool is one_by_one else None
+    arguments = (
+        (i, (grasper.controller, each, _share(within, i, n)))
+        for i, (grasper, each) in enumerate(missing)
+    )
     i: int
-    for i, stored in pool(search_plan, arguments):
+    for done, (i, stored) in enumerate(pool(search_plan, arguments), start=1):
         grasper, wanted = missing[i]
+        if progress is not None:
+            progress(done / n)
         yield i, grasper.keep(wanted.task, stored)
+
+
+def _share(progress: Progress | None, done: int, n: int) -> Progress | None:
+    """Return what is to be called with the fraction done of the next of ``n`` equal shares."""
+    return None if progress is None else lambda fraction: progress((done + fraction) / n)
 
 
 def _why_not(stored: StoredPlan, key: PlanKey) -> str:

@@ -24,7 +24,7 @@ from handsim.grasping.rollout.jobs import FEELING, MOST_FELT
 from handsim.grasping.rollout.record import JudgedScene
 from handsim.grasping.rollout.sensing import NO_SENSORS
 from handsim.hand.mjcf import PASSING_PAIRS
-from handsim.objects.mjcf import read_mesh, surface_of
+from handsim.objects.mjcf import points_of, surface_of
 from handsim.objects.object import Collider, GraspObject, Piece
 from handsim.tasks.rules import LIMITS
 from handsim.tasks.task import Task
@@ -52,6 +52,7 @@ _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
 
 
 _LOOP = (CORRECTION, FEELING, MOST_FELT)
+_OF_OBJECT = ("own_object", "mirrored")
 
 
 @dataclass(frozen=True)
@@ -134,9 +135,9 @@ def key_of(scene: JudgedScene) -> PlanKey:
 
 
 def task_content(task: Task) -> dict[str, Any]:
-    """Return all fields of a task by name, except its own object (see `object_content`)."""
+    """Return all fields of a task by name, except those of its object (see `object_content`)."""
     names = (each.name for each in fields(task))
-    return {name: getattr(task, name) for name in names if name != "own_object"}
+    return {name: getattr(task, name) for name in names if name not in _OF_OBJECT}
 
 
 def object_content(grasp_object: GraspObject) -> dict[str, Any]:
@@ -155,7 +156,7 @@ def _shapes(pieces: Iterable[Piece], colliders: Iterable[Collider]) -> list[tupl
         mesh = surface_of(piece)
         found.append((mesh.vertices, mesh.faces, piece.mass))
     for each in colliders:
-        points = read_mesh(each.mesh).vertices if each.mesh else each.points
+        points = points_of(each) if each.mesh else each.points
         found.append((each.kind, each.size, each.pos, each.quat, points))
     return found
 

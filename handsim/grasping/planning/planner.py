@@ -31,6 +31,7 @@ from handsim.grasping.planning.plan_store import StoredPlan
 from handsim.grasping.planning.search import (
     WORST,
     Effort,
+    Estimate,
     Found,
     cost_of,
     minimise,
@@ -50,7 +51,7 @@ from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import Demonstration
 from handsim.tasks.task import Task
-from handsim.types import Array
+from handsim.types import Array, Progress
 
 GENERATIONS = 14
 NEAR = Effort(generations=6, spread=0.5)
@@ -79,36 +80,25 @@ ARRIVALS = (0.6, 0.85)
 """Fractions of the reach at which the palm is in place, each of which is tried.
 
 A hand that opens little on its learned path has to be there sooner."""
+N_STARTS = N_FITS * len(LEVERS) * len(ARRIVALS)  # at most
 DISTINCT = np.deg2rad(5.0)
 """Distance of coordinates below which two fits count as the same [rad]."""
 UNFAMILIAR = 0.002
 """Added to the error of a fit that starts from the destination of another task [m]."""
 EDGE = 0.08
-"""Share of the workspace along each component, at either end, without destinations.
-
-It is about the layer in which beta falls to zero."""
+"""Share of the workspace along each component, at either end, without destinations: about the
+layer in which beta falls to zero."""
 NOMINAL_FAILS = 1 + WORST
 """Least mean cost of a plan whose nominal run fails (`search.robust_cost`)."""
 NO_WAY = 10.0
 """Cost of a destination that the navigation function cannot lead to."""
 STEPS = {
-    "z": np.deg2rad(8.0),
-    "shift": 0.008,
-    "turn": np.deg2rad(7.0),
-    "squeeze": 0.25,
-    "arrive": 0.08,
-    "grip": 0.25,
-}
+    "z": np.deg2rad(8.0), "shift": 0.008, "turn": np.deg2rad(7.0),
+    "squeeze": 0.25, "arrive": 0.08, "grip": 0.25,
+}  # fmt: skip
 """Initial spreads of the search: components and turn [rad], shift [m], squeeze, arrival, and the
 natural logarithm of the grip."""
 ARRIVAL_RANGE = (0.4, 0.95)
-
-
-def replayed_plan(controller: GraspController, scene: Scene, hand: HandModel) -> GraspPlan:
-    """Return a plan with the recorded destination and the palm pose of the scripted plan."""
-    scripted, _ = scripted_plan(scene.task, hand, side=scene.conditions.hand.side)
-    recorded = controller.demonstration(scene.task.name)
-    return replace(scripted, q_goal=recorded.q_goal)
 
 
 def plan_grasp(
@@ -120,6 +110,7 @@ def plan_grasp(
     others: Sequence[StoredPlan] = (),
     generations: int = GENERATIONS,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> tuple[GraspPlan, Rollout]:
     """Search a plan and return it with its nominal run.
 
@@ -142,6 +133,8 @@ def plan_grasp(
         other hands are known.
     seed
         First of the `SEEDS` seeds that the search may use.
+    progress
+        Called with the fraction done, of the work that is ahead at most.
 
     Returns
     -------
@@ -149,7 +142,9 @@ def plan_grasp(
         The best found; the run's outcome says whether it holds.
     """
     effort, n_searches = (NEAR, N_NEAR) if others else (Effort(generations), SEARCHES)
-    search = _Search(controller, shortened(task), conditions)
+    estimate = Estimate(progress)
+    search = _Search(controller, shortened(task), conditions, estimate)
+    estimate.expect(len(others or (known,)) + N_STARTS + n_searches * effort.most)
     found = Found(
         search.confirmed,
         search.from_start,
@@ -165,6 +160,7 @@ def plan_grasp(
         if (kept := found.kept(FAIR)) is not None:
             return kept
     n_known = len(found.starts)
+    estimate.expect(N_STARTS + (n_searches - len(found.searched)) * effort.most)
     for plan in search.starts():
         found.add(plan, search.cost(plan))
     if (best := found.ranked()[0]) >= n_known:
@@ -173,11 +169,13 @@ def plan_grasp(
         if len(found.searched) == n_searches or found.best[0] >= ENOUGH:
             break
         if start not in found.searched:
+            estimate.expect((n_searches - len(found.searched)) * effort.most)
             found.search_from(start, effort, seed)
     held, plan = found.best
     run = found.whole(plan)
     if held > 0 and not run.outcome.success:  # what is held longer creeps farther
-        longer = _Search(controller, task, conditions)
+        longer = _Search(controller, task, conditions, estimate)
+        estimate.expect(effort.most)
         plan = longer.from_start(plan, effort, seed + SEARCHES)[1]
         run = found.whole(plan)
     return plan, run
@@ -249,8 +247,10 @@ def destination_box(controller: GraspController) -> tuple[Array, Array]:
 class _Search:
     """The starts of a search, their variations, and what each costs."""
 
-    def __init__(self, controller: GraspController, task: Task, conditions: Conditions) -> None:
-        self.controller = controller
+    def __init__(
+        self, controller: GraspController, task: Task, conditions: Conditions, estimate: Estimate
+    ) -> None:
+        self.controller, self.estimate = controller, estimate
         self.grasp, self.size = task.grasp, conditions.hand
         self.task = task.for_side(conditions.hand.side)
         tried = tried_conditions(conditions, N_PERTURBED + N_CONFIRMED)
@@ -342,7 +342,9 @@ class _Search:
 
     def cost(self, plan: GraspPlan) -> float:
         """Run a plan, nominal and perturbed, and return its mean cost."""
-        return robust_cost([partial(self._cost_on, scene, plan) for scene in self.scenes])
+        cost = robust_cost([partial(self._cost_on, scene, plan) for scene in self.scenes])
+        self.estimate.step()
+        return cost
 
     def _cost_on(self, scene: Scene, plan: GraspPlan) -> float:
         return brief_cost(self.controller, scene, plan)

@@ -23,7 +23,7 @@ from handsim.tasks.grip_rules import (
 )
 from handsim.tasks.rules import Outcome
 from handsim.tasks.task import PassRule, Task
-from handsim.types import Array
+from handsim.types import Array, Progress
 
 ENOUGH = -0.25
 """Cost of a plan at which a search ends: every run holds, well within every limit."""
@@ -46,6 +46,8 @@ WIDE = Perturbation(
 """What every other perturbed run of a search meets: more than people do in most trials."""
 SEARCH_SEED = 1000
 """Seed of the first perturbed run of a search, far from the seeds of trials."""
+POPULATION = 8
+"""Plans of one generation of a search."""
 WORST = 5.0
 """About the greatest cost of a failure, which is 5.9."""
 SEARCH_HOLD = 1.0
@@ -97,6 +99,36 @@ class Effort:
 
     generations: int
     spread: float = 0.7
+
+    @property
+    def most(self) -> int:
+        """The greatest number of plans that are run."""
+        return 1 + POPULATION * self.generations
+
+
+class Estimate:
+    """Says how far a search is, by the plans that were run and those that may have to be.
+
+    A search may end early, so that this is what it takes at most.
+
+    Parameters
+    ----------
+    tell
+        Called with the fraction done after each plan, or None.
+    """
+
+    def __init__(self, tell: Progress | None) -> None:
+        self._tell, self._done, self._ahead = tell, 0, 0
+
+    def expect(self, most: int) -> None:
+        """Say how many plans have to be run from now on at most."""
+        self._ahead = most
+
+    def step(self) -> None:
+        """Note that a plan was run."""
+        self._done, self._ahead = self._done + 1, max(self._ahead - 1, 0)
+        if self._tell is not None:
+            self._tell(self._done / (self._done + self._ahead))
 
 
 Candidate = tuple[float, GraspPlan]
@@ -245,7 +277,7 @@ def minimise(
     start: Array,
     *,
     generations: int,
-    population: int = 8,
+    population: int = POPULATION,
     seed: int = 0,
     enough: float = ENOUGH,
     spread: float = 0.7,

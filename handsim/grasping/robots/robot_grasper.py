@@ -96,7 +96,8 @@ class RobotGrasper:
             self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
         started = self._start(task)
         starts = [replace(started, arrive=arrive) for arrive in ARRIVALS]
-        plan, run = plan_robot_grasp(self.grasps, task, self.usual, starts)
+        with self.people.planning(f"planning {task.name}") as progress:
+            plan, run = plan_robot_grasp(self.grasps, task, self.usual, starts, progress=progress)
         self.made[task.name] = made = StoredPlan(plan, run.outcome.success, key)
         if store is not None:
             store.keep(task.name, made, self.note)

@@ -16,6 +16,8 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
 from handsim.grasping.planning.planner import NO_WAY, destination_box, refused, varied
 from handsim.grasping.planning.search import (
+    Effort,
+    Estimate,
     cost_of,
     minimise,
     robust_cost,
@@ -35,6 +37,7 @@ from handsim.joints import N_JOINTS
 from handsim.learning.controller import GraspController
 from handsim.retargeting.retarget import Retargeter
 from handsim.tasks.task import Task
+from handsim.types import Progress
 
 GENERATIONS = 7
 """Of the search."""
@@ -101,6 +104,7 @@ def plan_robot_grasp(
     *,
     generations: int = GENERATIONS,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> tuple[GraspPlan, Rollout]:
     """Search a plan for a robot hand and return it with its nominal run.
 
@@ -117,13 +121,19 @@ def plan_robot_grasp(
         Of the search, which is made where the start does not hold with room to spare.
     seed
         Of the search.
+    progress
+        Called with the fraction done, of the work that is ahead at most.
     """
     robot = grasps.retargeter.robot
     tried = tried_conditions(conditions, N_PERTURBED)
     scenes = [RobotScene.build(shortened(task), each, robot) for each in tried]
+    estimate = Estimate(progress)
+    estimate.expect(len(starts) + Effort(generations).most)
 
     def cost(plan: GraspPlan) -> float:
-        return robust_cost([partial(grasps.cost, scene, plan) for scene in scenes])
+        found = robust_cost([partial(grasps.cost, scene, plan) for scene in scenes])
+        estimate.step()
+        return found
 
     box = destination_box(grasps.controller)
     start = min(starts, key=cost)

@@ -71,7 +71,9 @@ class Scene:
     def build(cls, task: Task, conditions: Conditions) -> "Scene":
         """Build the scene of a task under the given conditions."""
         spec = _scene(task, conditions)
-        add_sensors(spec, task.for_side(conditions.hand.side).rule.pressed)
+        xml = partial(_xml, task, conditions)
+        task = task.for_side(conditions.hand.side)
+        add_sensors(spec, task.rule.pressed)
         hand = HandModel.from_spec(spec)
         model = hand.model
         index = hand.ctrl_index
@@ -81,10 +83,10 @@ class Scene:
         on_arm = conditions.base == "arm"
         names = ARM_JOINT_NAMES if on_arm else ()
         return cls(
-            task=task.for_side(conditions.hand.side),
+            task=task,
             conditions=conditions,
             hand=hand,
-            xml=partial(_xml, task, conditions),
+            xml=xml,
             mocap=None if on_arm else int(model.body("forearm_target").mocapid[0]),
             arm=ReachingArm(conditions.hand) if on_arm else None,
             arm_qpos=np.array([model.joint(name).qposadr[0] for name in names], dtype=np.intp),

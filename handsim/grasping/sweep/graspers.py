@@ -101,11 +101,9 @@ class SweepGraspers:
     def plan(self, pool: Pool, progress: Progress | None = None) -> None:
         """Make the plans that are missing and store them where the controllers store plans."""
         wanted = [(grasper, each) for _, grasper, each in self._missing]
-        for done, (i, plan) in enumerate(search_plans(wanted, pool), start=1):
+        for i, plan in search_plans(wanted, pool, progress):
             hand, _, each = self._missing[i]
             self._plans[hand][each.task.name] = plan
-            if progress:
-                progress(done / len(wanted))
         self._missing = []
 
     def check(self, table: ResultsTable) -> None:

@@ -52,7 +52,9 @@ def sweep_key(spec: SweepSpec, sources: Mapping[str, Source]) -> str:
     content = {
         **vars(spec),
         "tasks": [task_content(task) for task in spec.tasks],
-        "objects": [object_content(task.object) for task in spec.tasks],
+        "objects": [
+            object_content(task.for_side(side).object) for side in spec.sides for task in spec.tasks
+        ],
         "controllers": [(name, sources[name].digest) for name in spec.controllers],
         "versions": _versions(),
     }

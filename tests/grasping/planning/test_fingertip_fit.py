@@ -126,7 +126,7 @@ class Sliding:
         body = SimpleNamespace(xpos=self.palm.pos, xquat=self.palm.quat)
         self.data = SimpleNamespace(body=lambda name: {"palm": body}[name])
 
-    def set_posture(self, q):
+    def pose(self, q):
         self.bent = q[BASES]
 
     def pads(self):
@@ -297,3 +297,28 @@ def test_the_palm_is_shifted_and_turned_in_the_objects_frame(weigh):
     np.testing.assert_allclose(palm.pos, PALM.pos + [0.01, 0.02, 0.03])
     expected = Rotation.from_rotvec(turn) * PALM.rotation
     np.testing.assert_allclose(palm.rotation.as_matrix(), expected.as_matrix(), atol=1e-12)
+
+
+def test_pads_that_are_remembered_are_those_of_the_posture(monkeypatch):
+    hand = HandModel.from_spec(build_hand())
+    pads, asked = fingertip_fit._Pads(hand), []
+    found = fingertip_fit._pads_in_palm
+    monkeypatch.setattr(
+        fingertip_fit, "_pads_in_palm", lambda h, q: (asked.append(q.copy()), found(h, q))[1]
+    )
+    postures = [np.full(22, 0.01 * i) for i in range(fingertip_fit.REMEMBERED + 1)]
+    for q in (postures[0], postures[1], postures[0]):
+        hand.set_posture(q)
+        palm = hand.data.body("palm")
+        pos, normal = hand.pads()
+        back = palm.xmat.reshape(3, 3)
+        np.testing.assert_allclose(pads(q)[0], (pos - palm.xpos) @ back, atol=1e-12)
+        np.testing.assert_allclose(pads(q)[1], normal @ back, atol=1e-12)
+    assert len(asked) == 2
+    for q in postures:  # one more than are remembered: the first is forgotten
+        pads(q)
+    assert len(asked) == len(postures)
+    pads(postures[-1])
+    assert len(asked) == len(postures)
+    pads(postures[0])
+    assert len(asked) == len(postures) + 1

@@ -1,6 +1,7 @@
 """What grasps, and what it remembers."""
 
 import pickle
+from contextlib import contextmanager
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,17 +10,20 @@ import pytest
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.files import data_folder
-from handsim.grasping.conditions import Conditions, made_hard, perturb
+from handsim.grasping.conditions import Conditions, made_hard, perturb, trial_conditions
 from handsim.grasping.planning import grasper as grasping
 from handsim.grasping.planning.grasper import (
     ATTEMPTS,
     ControllerGrasper,
-    trial_conditions,
+    Wanted,
+    search_plan,
+    search_plans,
     without_object,
 )
 from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
 from handsim.grasping.planning.plan_store import PlanStore, StoredPlan, plan_store
 from handsim.grasping.planning.planner import SEEDS
+from handsim.grasping.pool import one_by_one
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
 from handsim.recordings.recording import Recording, RecordingSet
@@ -95,7 +99,7 @@ def searches(monkeypatch, plan):
 
     asked = Searches()
 
-    def quickly(controller, task, conditions, known=None, *, others=(), seed=0):
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0, progress=None):
         assert conditions == planned_for(conditions)
         asked.append(
             SimpleNamespace(task=task, conditions=conditions, known=known, others=others, seed=seed)
@@ -128,7 +132,7 @@ def test_a_plan_found_run_and_read_again_is_one_to_the_bit(grasper, plan, monkey
     assert np.any(np.deg2rad(np.rad2deg(found.q_goal)) != found.q_goal)
     run = []
 
-    def quickly(controller, task, conditions, known=None, *, others=(), seed=0):
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0, progress=None):
         return found, SimpleNamespace(outcome=SimpleNamespace(success=True))
 
     monkeypatch.setattr(grasping, "plan_grasp", quickly)
@@ -342,3 +346,46 @@ def test_errors_come_through_from_other_processes():
     copy = pickle.loads(pickle.dumps(error))
     assert str(copy) == str(error)
     assert copy.known == error.known
+
+
+def test_a_search_that_is_made_again_is_half_done(controller, plan, monkeypatch):
+    """And the fraction is that of all plans where several are searched in this process."""
+    held = iter([False, True, True])
+
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0, progress=None):
+        for fraction in (0.5, 1.0):
+            progress(fraction)
+        return plan, SimpleNamespace(outcome=SimpleNamespace(success=next(held)))
+
+    monkeypatch.setattr(grasping, "plan_grasp", quickly)
+    told: list[float] = []
+    search_plan(controller, Wanted(TASK, Conditions()), told.append)
+    assert told == [0.5, 1.0, 0.75, 1.0]
+    missing = [(ControllerGrasper(controller), Wanted(each, Conditions())) for each in (TASK, JAR)]
+    held, told = iter([True, True]), []
+    assert [i for i, _ in search_plans(missing, one_by_one, told.append)] == [0, 1]
+    assert told == [0.25, 0.5, 0.5, 0.75, 1.0, 1.0]
+
+
+def test_who_waits_for_a_plan_is_told_whose_it_is_and_how_far(controller, plan, monkeypatch):
+    labels, told = [], []
+
+    @contextmanager
+    def planning(label):
+        labels.append(label)
+        yield told.append
+        labels.append("done")
+
+    def quickly(controller, task, conditions, known=None, *, others=(), seed=0, progress=None):
+        progress(0.5)
+        return plan, SimpleNamespace(outcome=SimpleNamespace(success=True))
+
+    monkeypatch.setattr(grasping, "plan_grasp", quickly)
+    grasper = ControllerGrasper(controller, planning=planning)
+    grasper.plan_for(TASK, Scene.build(TASK, Conditions()))
+    assert (labels, told) == ([f"planning {TASK.name}", "done"], [0.5])
+    grasper.plan_for(TASK, Scene.build(TASK, Conditions()))  # is known now
+    assert len(labels) == 2
+    grasper.prepare([JAR], Conditions(), 2)  # one alone is searched in this process
+    assert labels[2:] == ["planning", "done"]
+    assert told[1:] == [0.5, 1.0]

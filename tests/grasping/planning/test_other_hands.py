@@ -12,7 +12,14 @@ from handsim.grasping.planning import planner
 from handsim.grasping.planning.fingertip_fit import carried_over, mirrored
 from handsim.grasping.planning.opposition import palm_pose
 from handsim.grasping.planning.plan_store import StoredPlan, plan_store, shipped_plans, usual_store
-from handsim.grasping.planning.search import NO_ARM, Effort, out_of_reach, strain_of, within_reach
+from handsim.grasping.planning.search import (
+    NO_ARM,
+    Effort,
+    Estimate,
+    out_of_reach,
+    strain_of,
+    within_reach,
+)
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
@@ -145,7 +152,7 @@ class Pretended:
         self.share, self.price, self.fits = share, cost, fits
         self.asked, self.efforts = [], []
 
-    def __call__(self, controller, task, conditions):
+    def __call__(self, controller, task, conditions, estimate):
         return self
 
     def known(self, known, others):
@@ -229,7 +236,7 @@ def test_what_is_lost_in_the_whole_task_is_not_kept(planned, how):
 
 
 def test_plans_of_others_are_aimed_in_the_subspace_of_this_controller(controller, plan):
-    search = planner._Search(controller, TASK, Conditions(hand=LEFT))
+    search = planner._Search(controller, TASK, Conditions(hand=LEFT), Estimate(None))
     others = [StoredPlan(plan, True, hand=MEDIAN_HAND), StoredPlan(plan, True)]
     one, unknown = search.known(None, others)
     np.testing.assert_array_equal(numbers(one), numbers(mirrored(plan)))

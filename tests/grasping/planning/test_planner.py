@@ -9,6 +9,7 @@ import pytest
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning import planner
+from handsim.grasping.planning.search import POPULATION, Estimate
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 
@@ -22,7 +23,7 @@ def controller():
 
 @pytest.fixture(scope="module")
 def search(controller):
-    return planner._Search(controller, TASK, Conditions())
+    return planner._Search(controller, TASK, Conditions(), Estimate(None))
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatc
     searched, verdicts = [], iter([holds_longer, True])
 
     class Search:
-        def __init__(self, controller, task, conditions):
+        def __init__(self, controller, task, conditions, estimate):
             self.hold = task.rule.hold
 
         def known(self, known, others):
@@ -124,7 +125,7 @@ def test_seeds_of_one_planning_do_not_reach_those_of_the_next(controller, monkey
     seeds, held = [], iter([False, False])
 
     class Search:
-        def __init__(self, controller, task, conditions):
+        def __init__(self, controller, task, conditions, estimate):
             pass
 
         def known(self, known, others):
@@ -161,7 +162,7 @@ def test_of_what_is_found_that_is_kept_which_holds_in_runs_that_no_search_has_se
     searches = []
 
     class Search:
-        def __init__(self, controller, task, conditions):
+        def __init__(self, controller, task, conditions, estimate):
             pass
 
         def known(self, known, others):
@@ -199,3 +200,44 @@ def test_a_plan_is_confirmed_by_its_share_of_runs_that_hold(search, monkeypatch)
     assert plan == "plan" and len(search.unseen) == planner.N_CONFIRMED == 6
     assert share == pytest.approx((1 + 4 - 0.01 * (4 * -0.5 + 2 * 2.0) / 6) / 7)
     assert search.confirmed("plan", planner.NOMINAL_FAILS) == (0.0, "plan")
+
+
+def test_how_far_planning_is_counts_what_is_ahead_at_most(controller, monkeypatch):
+    """Twelve starts, then three searches of which the second finds enough."""
+    told = []
+
+    class Search:
+        def __init__(self, controller, task, conditions, estimate):
+            self.estimate, self.found = estimate, 0
+
+        def known(self, known, others):
+            return iter(())
+
+        def starts(self):
+            return list(range(4))
+
+        def cost(self, plan):
+            self.estimate.step()
+            return 1.0
+
+        def confirmed(self, plan, cost):
+            return (planner.ENOUGH if plan == "found 2" else 0.0), plan
+
+        def from_start(self, start, effort, seed):
+            for _ in range(3):
+                self.estimate.step()
+            self.found += 1
+            return -0.5, f"found {self.found}"
+
+    run = SimpleNamespace(outcome=SimpleNamespace(success=True))
+    monkeypatch.setattr(planner, "_Search", Search)
+    monkeypatch.setattr(planner, "run_plan", lambda *_: run)
+    plan, _ = planner.plan_grasp(
+        controller, TASK, Conditions(), generations=2, progress=told.append
+    )
+    assert plan == "found 2"
+    each = 1 + POPULATION * 2
+    starts = [n / (planner.N_STARTS + 3 * each) for n in (1, 2, 3, 4)]
+    first = [n / (4 + 3 * each) for n in (5, 6, 7)]
+    second = [n / (7 + 2 * each) for n in (8, 9, 10)]
+    assert told == pytest.approx([*starts, *first, *second])

@@ -145,7 +145,7 @@ def test_a_plan_is_searched_once_and_kept_for_this_hand_alone(
 ):
     searched = []
 
-    def search(grasps, task, conditions, starts):
+    def search(grasps, task, conditions, starts, *, progress):
         searched.append(starts)
         return starts[0], grasps.run(RobotScene.build(task, conditions, grasps.retargeter.robot),
                                      starts[0])  # fmt: skip
@@ -167,7 +167,7 @@ def test_a_plan_is_searched_once_and_kept_for_this_hand_alone(
 
 
 def test_a_plan_that_cannot_be_kept_is_used(grasper, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "plan_robot_grasp", lambda g, t, c, s: (s[0], g.run(
+    monkeypatch.setattr(module, "plan_robot_grasp", lambda g, t, c, s, **_: (s[0], g.run(
         RobotScene.build(t, c, g.retargeter.robot), s[0])))  # fmt: skip
     (tmp_path / "file").write_text("")
     said: list[str] = []

@@ -9,7 +9,8 @@ from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions, perturb
 from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.planning.demonstrator import scripted_plan
-from handsim.grasping.planning.planner import replayed_plan, run_plan
+from handsim.grasping.planning.grasper import replayed_plan
+from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout import _stepping, batch, sensing
 from handsim.grasping.rollout import run as runs
 from handsim.grasping.rollout.batch import grasp_batch, simulate_batch

@@ -11,7 +11,7 @@ import pytest
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, schedule_for
-from handsim.grasping.planning.planner import replayed_plan
+from handsim.grasping.planning.grasper import replayed_plan
 from handsim.grasping.rollout import _stepping
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene

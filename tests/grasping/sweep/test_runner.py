@@ -112,7 +112,7 @@ def test_each_hand_is_planned_once_and_its_plans_are_kept(tmp_path, monkeypatch)
     known = built_in.read()
     planned, used = [], []
 
-    def quickly(controller, task, conditions, hint, *, others, seed):
+    def quickly(controller, task, conditions, hint, *, others, seed, progress):
         planned.append((task.name, conditions.hand.length, conditions.hand.side))
         assert conditions.nominal
         assert hint is None and {each.hand for each in others} == {MEDIAN_HAND}
@@ -229,7 +229,7 @@ def test_a_plan_of_another_task_is_made_again(tmp_path, monkeypatch):
     store.add("cube-raise", replace(entry, key=replace(entry.key, task="another")))
     found = replace(entry.plan, squeeze=0.5)
 
-    def quickly(controller, task, conditions, start, *, others, seed):
+    def quickly(controller, task, conditions, start, *, others, seed, progress):
         assert start.squeeze == entry.plan.squeeze
         return found, SimpleNamespace(outcome=HELD)
 
