@@ -54,8 +54,8 @@ def test_what_has_no_name_is_given_one_that_is_not_taken(tmp_path):
     <body pos=".1 0 0"><joint/><geom size=".01"/></body></body></body></worldbody>
     <actuator><position joint="joint 1"/><motor name="two" joint="joint 1"/></actuator></mujoco>"""
     model = read_hand_file(written(tmp_path, text, "hand.xml")).model
-    assert bodies(model) == {"world", "palm", "body 0", "body 1"}
-    assert [model.joint(i).name for i in range(2)] == ["joint 1", "joint 0"]
+    assert bodies(model) == {"world", "palm", "body 0", "body 3"}
+    assert [model.joint(i).name for i in range(2)] == ["joint 1", "joint 2"]
     assert [model.actuator(i).name for i in range(2)] == ["actuator 0", "two"]
 
 
