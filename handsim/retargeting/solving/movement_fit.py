@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, solveh_banded
 
 from handsim.retargeting.solving.residuals import Quadratic
-from handsim.types import Array, Mask
+from handsim.types import Array, Index, Mask
 
 _DAMPING = 1e-3
 """First damping, relative to the diagonal of the curvature."""
@@ -30,14 +30,14 @@ class Movement:
     Parameters
     ----------
     previous
-        Weight of the distance to the posture before.
+        Weight of the distance to the posture before; (n - 1, 1) if not all have the same.
     speed
         Weight of what is beyond the largest change.
     steps : (n - 1, m)
         Largest change of each coordinate from posture to posture.
     """
 
-    def __init__(self, previous: float, speed: float, steps: Array) -> None:
+    def __init__(self, previous: float | Array, speed: float, steps: Array) -> None:
         self.previous, self.speed, self.steps = previous, speed, steps
 
     def unlimited(self) -> "Movement":
@@ -48,10 +48,11 @@ class Movement:
         """Whether no coordinate of postures (n, m) changes by more than it may."""
         return bool((np.abs(np.diff(x, axis=0)) <= self.steps).all())
 
-    def part(self, chosen: slice) -> "Movement":
-        """Return what binds the postures of a stretch."""
-        inner = slice(chosen.start, max(chosen.stop - 1, chosen.start))
-        return Movement(self.previous, self.speed, self.steps[inner])
+    def part(self, chosen: Index) -> "Movement":
+        """Return what binds chosen postures, in order; those that are no neighbours are free."""
+        bound = np.diff(chosen)[:, None] == 1
+        steps = np.where(bound, self.steps[chosen[:-1]], np.inf)
+        return Movement(self.previous * bound, self.speed, steps)
 
     def cost(self, x: Array) -> Array:
         """Return the cost of each step, (n - 1,)."""

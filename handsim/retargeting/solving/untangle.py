@@ -1,7 +1,7 @@
 """Take the links of a robot hand out of one another, where a fitted movement leaves them so.
 
-Only the stretches in which they are too deep are fitted again, between ends that stay, with what
-overlaps counting twice as much each time.
+Only the stretches in which they are too deep are fitted again, all at once, between ends that stay,
+with what overlaps counting twice as much each time.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from handsim.retargeting.robot_hand import RobotHand
 from handsim.retargeting.solving.movement_fit import Movement, fit
 from handsim.retargeting.solving.residuals import Residuals
 from handsim.retargeting.solving.self_contact import SelfContact
-from handsim.types import Array, Mask
+from handsim.types import Array, Index, Mask
 
 DEEPEST = 0.0018
 """Overlap that is left alone [m]."""
@@ -26,7 +26,7 @@ _BESIDE = 5
 
 
 def untangled(
-    residuals_of: Callable[[slice], Residuals],
+    residuals_of: Callable[[Index], Residuals],
     robot: RobotHand,
     contact: SelfContact,
     movement: Movement,
@@ -37,7 +37,7 @@ def untangled(
     Parameters
     ----------
     residuals_of
-        Returns what a fit of a stretch of the movement leaves over.
+        Returns what a fit of chosen postures leaves over.
     robot
     contact
         Finds where it runs into itself.
@@ -47,7 +47,7 @@ def untangled(
     x = kept_within(start, movement.steps)
     depth = contact.find(x).depth(len(x))
     best, least = x, depth
-    weight = np.full(len(x), residuals_of(slice(0, 1)).weights.contact)
+    weight = np.full(len(x), residuals_of(np.zeros(1, dtype=np.int64)).weights.contact)
     for i in range(ROUNDS):
         if least.max() < DEEPEST:
             break
@@ -57,22 +57,15 @@ def untangled(
             for first, last in _stretches(depth > DEEPEST):
                 x[first:last] = _straight(x, first, last)
             weight = np.minimum(weight, 4 * weight.min())
-        for first, last in _stretches(depth > DEEPEST):
-            part = slice(first, last)
-            lower, upper = (
-                np.tile(robot.lower, (last - first, 1)),
-                np.tile(robot.upper, (last - first, 1)),
-            )
-            if first > 0:
-                lower[0] = upper[0] = x[first]
-            if last < len(x):
-                lower[-1] = upper[-1] = x[last - 1]
-            near = contact.near_links(contact.find(x[part]), x[part], weight[part])
-            residuals = residuals_of(part)
-            x[part], _ = fit(
-                lambda at, residuals=residuals, near=near: residuals.at(at, near),
-                x[part], lower, upper, movement.part(part), _STEPS,
-            )  # fmt: skip
+        part, held = _part(_stretches(depth > DEEPEST), len(x))
+        at = x[part]
+        lower, upper = (np.where(held[:, None], at, end) for end in (robot.lower, robot.upper))
+        near = contact.near_links(contact.find(at), at, weight[part])
+        residuals = residuals_of(part)
+        x[part], _ = fit(
+            lambda at, residuals=residuals, near=near: residuals.at(at, near),
+            at, lower, upper, movement.part(part), _STEPS,
+        )  # fmt: skip
         kept = kept_within(x, movement.steps)
         moved = np.abs(kept - best).max(axis=1) > 0
         x, depth = kept, least.copy()
@@ -87,6 +80,21 @@ def _straight(x: Array, first: int, last: int) -> Array:
     start = x[first] if first > 0 else x[last - 1]
     end = x[last - 1] if last < len(x) else x[first]
     return start + np.linspace(0, 1, last - first)[:, None] * (end - start)
+
+
+def _part(stretches: list[tuple[int, int]], n: int) -> tuple[Index, Mask]:
+    """Return the postures of stretches, in order, and which stay: ends but those of the movement.
+
+    Parameters
+    ----------
+    stretches
+        First and past-the-last posture of each; they do not touch.
+    n
+        Postures of the movement.
+    """
+    part = np.concatenate([np.arange(first, last) for first, last in stretches])
+    ends = {end for first, last in stretches for end in (first, last - 1)} - {0, n - 1}
+    return part, np.isin(part, list(ends))
 
 
 def kept_within(x: Array, steps: Array) -> Array:

@@ -32,6 +32,8 @@ from handsim.viewing.film.video import (
 
 USUAL = "view"
 """The camera beside which others may be shown."""
+COMPANION = "companion"
+"""Stands among the cameras for the usual view of `Clip.companion`."""
 INSET_SHARE = 0.34
 """Width and height of a second view in a film, over the film's own."""
 LEAST_WITH_INSET = 200
@@ -67,6 +69,9 @@ class Clip:
     beside
         Cameras whose views stand beside the usual one, ``view``: of the first as an inset in
         films, of all as further rows in contact sheets. Another camera is shown alone.
+    companion
+        Another movement, shown beside the usual view: as the inset of films, in place of a camera,
+        and as the last row of contact sheets.
     inset_below_caption
         Whether the inset is at the upper left instead of the lower right: an arm comes from there.
     pause
@@ -79,6 +84,7 @@ class Clip:
     overlays: tuple[Overlay, ...] = ()
     in_sheets: tuple[Overlay, ...] = ()
     beside: tuple[str, ...] = ()
+    companion: "Clip | None" = None
     inset_below_caption: bool = False
     pause: float = 0.0
 
@@ -120,7 +126,12 @@ class _Player:
         self.scene: LoadedModel = offscreen.add(clip.model)
         self.data = mujoco.MjData(clip.model)
         self._pose(0.0)
-        self.cameras = [Camera(clip.model, self.data, name) for name in cameras]
+        self.cameras: list[Camera | _Player] = [
+            _Player(clip.companion, offscreen, USUAL)
+            if clip.companion is not None and name == COMPANION
+            else Camera(clip.model, self.data, name)
+            for name in cameras
+        ]
 
     def _pose(self, time: float) -> None:
         """Set the state at ``time`` [s] since the start; interpolate between samples."""
@@ -156,8 +167,12 @@ class _Player:
         return [self._finished(views[0], time, self.clip.in_sheets), *views[1:]]
 
     def _view(self, camera: int, time: float, size: tuple[int, int] | None = None) -> Frame:
-        self.cameras[camera].aim(self.clip.model, self.data, time)
-        return self.scene.draw(self.data, self.cameras[camera].view, size)
+        seen = self.cameras[camera]
+        if isinstance(seen, _Player):
+            seen._pose(time)
+            return seen._finished(seen._view(0, time, size), time, seen.clip.overlays)
+        seen.aim(self.clip.model, self.data, time)
+        return self.scene.draw(self.data, seen.view, size)
 
     def _finished(self, frame: Frame, time: float, overlays: tuple[Overlay, ...]) -> Frame:
         for overlay in overlays:
@@ -167,8 +182,8 @@ class _Player:
 
 def _film_cameras(clip: Clip, camera: str, height: int) -> tuple[str, ...]:
     """Return the cameras of a clip's film: the usual one has an inset where there is room."""
-    beside = clip.beside[:1] if camera == USUAL and height >= LEAST_WITH_INSET else ()
-    return (camera, *beside)
+    insets = clip.beside[:1] if clip.companion is None else (COMPANION,)
+    return (camera, *insets) if camera == USUAL and height >= LEAST_WITH_INSET else (camera,)
 
 
 def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) -> Iterator[Frame]:
@@ -232,7 +247,8 @@ def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None)
     InputError
         If they are more than `MAX_SHEET_PIXELS` together.
     """
-    cameras = (view.camera, *(clip.beside if view.camera == USUAL else ()))
+    rows = clip.beside if clip.companion is None else (*clip.beside, COMPANION)
+    cameras = (view.camera, *(rows if view.camera == USUAL else ()))
     n_pictures = n * len(cameras)
     if n_pictures * view.width * view.height > MAX_SHEET_PIXELS:
         raise InputError(
@@ -260,7 +276,7 @@ def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None)
 def _label(clip: Clip, time: float, camera: str, row: int) -> str:
     """Return what is written into a picture: its time, where no overlay has it, or its camera."""
     if row:
-        return camera
+        return "" if camera == COMPANION else camera
     return "" if clip.in_sheets else f"{time:.2f} s"
 
 

@@ -13,6 +13,7 @@ from handsim.tasks.table_one import task_by_name
 from handsim.viewing.film.clips import Clip, Overlay
 from handsim.viewing.film.force_bars import ForceBars
 from handsim.viewing.film.overlay import Caption, SubspaceInset, Verdict
+from handsim.viewing.film.person_clip import person_clip
 
 BESIDE = ("chair", "side")
 """Views that are shown beside the usual one: in films the first, in contact sheets all."""
@@ -31,7 +32,7 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
         As recorded; nothing is simulated again.
     measurements
         Whether to draw contact forces, the position in the subspace and a second view as well as
-        the caption.
+        the caption. The second view of a robot hand is the person's hand that it follows.
     """
     time = rollout.time - rollout.time[0]
     phases = tuple((phase.start - float(rollout.time[0]), phase.name) for phase in rollout.phases)
@@ -47,13 +48,15 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
         in_sheets.append(replace(bars, scale=BARS_IN_SHEETS, at_right=not left_hand))
     if measurements and rollout.z.shape[1] >= 2:
         overlays.append(SubspaceInset(time, rollout.z, below_caption=not left_hand))
+    model = rollout.model()
     return Clip(
-        rollout.model(),
+        model,
         time,
         rollout.qpos,
         tuple(overlays),
         in_sheets=tuple(in_sheets),
         beside=BESIDE if measurements else (),
+        companion=person_clip(rollout, model) if measurements else None,
         inset_below_caption=left_hand,
         pause=PAUSE_S,
     )
