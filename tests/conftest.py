@@ -2,9 +2,10 @@
 
 import gc
 import importlib.util
+import os
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,6 +27,16 @@ BREAK_ELSEWHERE = ("test_determinism.py", "test_environments.py", "test_shipped.
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path.name not in BREAK_ELSEWHERE)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What commands remember of this machine lies with the tests' files, not with the user's."""
+    usual = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
+        patch.setenv("MESA_SHADER_CACHE_DIR", usual)  # or each run would compile them again
+        yield
 
 
 @pytest.fixture(scope="session")

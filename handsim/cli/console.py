@@ -105,17 +105,15 @@ def _finite(value: Any) -> Any:
 
 def say_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write a table; the first column is text, the others are aligned to the right."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+    from rich.cells import cell_len  # its tables take as long to import as a small table to make
 
-    table = Table(box=None, pad_edge=False)
-    for i, title in enumerate(header):
-        table.add_column(Text(title), justify="left" if i == 0 else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(str(cell)) for cell in row))
-    with _output():
-        Console(file=sys.stdout, width=160, highlight=False).print(table)
+    lines = [list(header), *([str(cell) for cell in row] for row in rows)]
+    widths = [max(map(cell_len, column)) for column in zip(*lines, strict=True)]
+    for line in lines:
+        blanks = [" " * (width - cell_len(cell)) for cell, width in zip(line, widths, strict=True)]
+        first, *others = line
+        cells = [first + blanks[0], *(b + cell for b, cell in zip(blanks[1:], others, strict=True))]
+        say("  ".join(cells).rstrip())
 
 
 @contextmanager

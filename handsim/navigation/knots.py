@@ -1,11 +1,11 @@
 """One dimension of a spline space: its knots, and its basis functions as polynomials on cells."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import factorial
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BSpline
 
 from handsim.errors import InputError
 from handsim.types import Array, Index
@@ -19,23 +19,13 @@ class KnotAxis:
     ----------
     knots : (n_basis + degree + 1,)
     degree
-    breaks : (n_cells + 1,)
-        Ends of the cells, the intervals between different knots.
-    first : (n_cells,)
-        First of the degree + 1 basis functions that live on a cell.
-    pieces : (n_cells, degree + 1, 3, degree + 1)
-        ``pieces[cell, power, derivative, i]`` is the coefficient of (x - breaks[cell])**power in
-        the given derivative of the i-th basis function of the cell.
-    even
-        Whether all cells have the same pieces.
+    spans : (n_cells,)
+        The knot at the left end of each cell; cells are the intervals between different knots.
     """
 
     knots: Array
     degree: int
-    breaks: Array
-    first: Index
-    pieces: Array
-    even: bool
+    spans: Index
 
     @classmethod
     def of(cls, knots: npt.ArrayLike, degree: int) -> "KnotAxis":
@@ -53,21 +43,42 @@ class KnotAxis:
                 f"{t.size} knots for degree {degree}; give at least {2 * degree + 2}, increasing"
             )
         spans = np.flatnonzero(np.diff(t) > 0)
-        spans = spans[(spans >= degree) & (spans < m)]
-        every = BSpline(t, np.eye(m), degree)
-        # Taylor coefficients at the left end of each cell.
-        taylor = np.stack([every(t[spans], nu=r) / factorial(r) for r in range(degree + 1)])
-        pieces = np.zeros((len(spans), degree + 1, 3, degree + 1))
-        for cell, span in enumerate(spans):
-            powers = taylor[:, cell, span - degree : span + 1]
-            for derivative in range(3):
-                pieces[cell, : len(powers), derivative] = powers
-                powers = powers[1:] * np.arange(1, len(powers))[:, None]
-        even = np.allclose(pieces, pieces[:1], rtol=0, atol=1e-9 * np.abs(pieces).max())
-        if even:  # inner knots equally spaced: one set of pieces for all cells, to the same bit
+        return cls(t, degree, spans[(spans >= degree) & (spans < m)])
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Ends of the cells, (n_cells + 1,)."""
+        return np.append(self.knots[self.spans], self.knots[self.n_basis])
+
+    @cached_property
+    def first(self) -> Index:
+        """First of the degree + 1 basis functions that live on each cell, (n_cells,)."""
+        return self.spans - self.degree
+
+    @cached_property
+    def pieces(self) -> Array:
+        """Polynomials of the basis functions, (n_cells, degree + 1, 3, degree + 1).
+
+        ``pieces[cell, power, derivative, i]`` is the coefficient of (x - breaks[cell])**power in
+        the given derivative of the i-th basis function of the cell.
+        """
+        n = self.degree + 1
+        taylor = [_at_knots(self, order) / factorial(order) for order in range(n)]
+        powers = np.stack(taylor, axis=1)
+        pieces = np.zeros((len(self.spans), n, 3, n))
+        for derivative in range(3):
+            left = powers.shape[1]
+            pieces[:, :left, derivative] = powers
+            powers = powers[:, 1:] * np.arange(1, left)[:, None]
+        if np.abs(pieces - pieces[:1]).max() <= 1e-9 * np.abs(pieces).max():
+            # Inner knots are equally spaced: one set of pieces for all cells, to the same bit.
             pieces = np.broadcast_to(pieces[0], pieces.shape)
-        breaks = np.append(t[spans], t[m])
-        return cls(t, degree, breaks, spans - degree, pieces, bool(even))
+        return pieces
+
+    @property
+    def even(self) -> bool:
+        """Whether all cells have the same pieces."""
+        return self.pieces.strides[0] == 0
 
     @property
     def n_basis(self) -> int:
@@ -84,3 +95,27 @@ class KnotAxis:
         for power in range(self.degree - 1, -1, -1):
             values = values * t + pieces[power]
         return self.first[cell], values
+
+
+def _at_knots(axis: KnotAxis, order: int) -> Array:
+    """Return a derivative of the basis functions at the left ends of cells, (n_cells, degree + 1).
+
+    C. de Boor (1978), "A Practical Guide to Splines", chapter X. The operations and their order are
+    those of scipy.interpolate.BSpline, whose import takes longer than most commands.
+    """
+    t, spans, degree = axis.knots, axis.spans, axis.degree
+    x = t[spans]
+    values = [np.ones(len(spans))]
+    for j in range(1, degree + 1):
+        lower, values = values, [np.zeros(len(spans)) for _ in range(j + 1)]
+        for n in range(1, j + 1):
+            right, left = t[spans + n], t[spans + n - j]
+            if j <= degree - order:
+                weight = lower[n - 1] / (right - left)
+                values[n - 1] += weight * (right - x)
+                values[n] = weight * (x - left)
+            else:
+                weight = j * lower[n - 1] / (right - left)
+                values[n - 1] -= weight
+                values[n] = weight
+    return np.stack(values, axis=-1)

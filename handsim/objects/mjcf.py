@@ -8,7 +8,6 @@ inertia exactly.
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections.abc import Mapping
-from functools import lru_cache
 from types import MappingProxyType
 
 import mujoco
@@ -16,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from handsim.errors import FileError, InputError, UnknownNameError
-from handsim.files import data_folder
+from handsim.errors import InputError, UnknownNameError
 from handsim.objects.catalogue import OBJECTS
 from handsim.objects.mesh_import import object_from_mesh
-from handsim.objects.object import Collider, GraspObject, Hinge, Piece, TriangleMesh
+from handsim.objects.meshes.shipped_mesh import points_of, read_mesh, surface_of
+from handsim.objects.object import Collider, GraspObject, Hinge, Piece
 from handsim.physics import CONTACT_SOLREF
 from handsim.types import Array
 
@@ -35,7 +34,6 @@ __all__ = [
     "surface_of",
 ]
 
-_MIRROR = np.array([1.0, -1.0, 1.0])
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
 """Geom groups as in mujoco_menagerie: 2 is drawn, 3 takes part in contact."""
 
@@ -218,52 +216,3 @@ def _add_hinge(spec: mujoco.MjSpec, body: mujoco.MjsBody, hinge: Hinge, start: f
             solref=[0.005, 1.0],
         )
         coupling.data[1] = 2 * np.pi / hinge.pitch  # turn per metre risen
-
-
-@lru_cache(maxsize=64)
-def surface_of(piece: Piece) -> TriangleMesh:
-    """Return the surface of a piece, from its file where it has one."""
-    mesh = read_mesh(piece.mesh) if isinstance(piece.mesh, str) else piece.mesh
-    if not piece.mirrored:
-        return mesh
-    image = TriangleMesh(mesh.vertices * _MIRROR, mesh.faces[:, ::-1].copy())  # outside is outside
-    image.vertices.flags.writeable = False
-    image.faces.flags.writeable = False
-    return image
-
-
-def points_of(collider: Collider) -> Array:
-    """Return the points of a hull, from its file where it has one, (n, 3) [m]."""
-    if not collider.mesh:
-        return np.array(collider.points)
-    vertices = read_mesh(collider.mesh).vertices
-    return vertices * _MIRROR if collider.mirrored else vertices
-
-
-def read_mesh(name: str) -> TriangleMesh:
-    """Read ``assets/objects/<name>.obj``: its ``v`` and ``f`` lines, triangles only.
-
-    Raises
-    ------
-    FileError
-        If the file is missing or is not what ``assets/objects/make.py`` writes.
-    """
-    path = data_folder("assets") / "objects" / f"{name}.obj"
-    if not path.is_file():
-        raise FileError(f"{path}: no such mesh; make it with python assets/objects/make.py")
-    vertices, faces = [], []
-    try:
-        for line in path.read_text(encoding="utf-8").splitlines():
-            mark, *values = line.split() or [""]
-            if mark == "v":
-                vertices.append([float(value) for value in values])
-            elif mark == "f":
-                faces.append([int(value) - 1 for value in values])
-        mesh = TriangleMesh(
-            np.array(vertices).reshape(-1, 3), np.array(faces, dtype=np.int32).reshape(-1, 3)
-        )
-    except ValueError as error:
-        raise FileError(f"{path}: not a mesh of triangles ({error}); make it again") from error
-    mesh.vertices.flags.writeable = False
-    mesh.faces.flags.writeable = False
-    return mesh

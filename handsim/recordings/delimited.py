@@ -17,7 +17,7 @@ import numpy as np
 from handsim.disk import naming
 from handsim.errors import FileError
 from handsim.files import is_file
-from handsim.recordings.columns.text_table import Table, cells_of
+from handsim.recordings.columns.text_table import Table, cells_of, split_cells
 
 MAX_TABLE_BYTES = 512 * 1024**2
 """Size above which a table is refused; ten minutes of 22 angles at 1 kHz take 150 MB."""
@@ -129,7 +129,7 @@ def _separator(lines: list[str]) -> str:
     looked_at = [_QUOTED.sub("", line) for line in lines[: _LOOKED_AT + 1][-_LOOKED_AT // 2 :]]
     best, most = ",", 0.0
     for separator in _SEPARATORS:
-        counts = Counter(len(cells_of(line, separator)) for line in looked_at)
+        counts = Counter(len(split_cells(line, separator)) for line in looked_at)
         count, times = counts.most_common(1)[0]
         even = times / len(looked_at)
         if count > 1 and even > most + 0.2:
@@ -147,9 +147,10 @@ def _first_row(kept: list[tuple[int, str]], separator: str) -> int:
     It is the first of which most cells are numbers, and at least one is no missing value. It has
     more than half as many cells as most rows: texts about the recording have numbers, too.
     """
-    looked_at = [cells_of(line, separator) for _, line in kept[: _LOOKED_AT + 1]]
-    usual = Counter(map(len, looked_at)).most_common(1)[0][0]
-    for i, cells in enumerate(looked_at):
+    looked_at = [line for _, line in kept[: _LOOKED_AT + 1]]
+    usual = Counter(len(split_cells(line, separator)) for line in looked_at).most_common(1)[0][0]
+    for i, line in enumerate(looked_at):
+        cells = cells_of(line, separator)
         numbers = sum(map(_is_number, cells))
         real = sum(bool(_NUMBER.fullmatch(cell.strip())) for cell in cells)
         if numbers > len(cells) / 2 and real and len(cells) > max(1, usual / 2):

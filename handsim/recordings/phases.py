@@ -7,6 +7,8 @@ been passed, where it falls under 15 % while the posture is farther from the sta
 largest distance reached.
 """
 
+import math
+
 import numpy as np
 
 from handsim.errors import InputError
@@ -49,11 +51,32 @@ def low_pass(q: Array, rate: float = RATE, cutoff: float = CUTOFF) -> Array:
     q : (n, d), n at least 10
     rate, cutoff : [Hz]
     """
-    from scipy import signal  # takes half a second, and not all who read recordings filter them
-
-    sections = signal.butter(2, cutoff, fs=rate, output="sos")
+    # As scipy.signal.sosfiltfilt, whose import takes as long as to filter a quarter of an hour.
     padding = min(len(q) - 1, int(rate / cutoff))
-    return np.asarray(signal.sosfiltfilt(sections, q, axis=0, padlen=padding))
+    before = 2.0 * q[0] - q[padding:0:-1]
+    after = 2.0 * q[-1] - q[-2 : -padding - 2 : -1]
+    forwards = _filtered(np.concatenate([before, q, after]), rate, cutoff)
+    return _filtered(forwards[::-1], rate, cutoff)[::-1][padding : padding + len(q)]
+
+
+def _filtered(q: Array, rate: float, cutoff: float) -> Array:
+    """Filter (n, d) forwards, as if the first frame had lasted for ever before it.
+
+    The bilinear transform of the Butterworth low-pass 1 / (s^2 + sqrt(2) s + 1), with s scaled so
+    that the cut-off stays where it is, as a difference equation with two states.
+    """
+    w = math.tan(math.pi * cutoff / rate)
+    scale = 1.0 + math.sqrt(2.0) * w + w * w
+    gain = w * w / scale
+    a1, a2 = 2.0 * (w * w - 1.0) / scale, (1.0 - math.sqrt(2.0) * w + w * w) / scale
+    given = gain * q
+    once, twice = q[0] - given[0], given[0] - a2 * q[0]
+    filtered = np.empty_like(given)
+    for now, out in zip(given, filtered, strict=True):
+        np.add(now, once, out=out)
+        once = 2.0 * now - a1 * out + twice
+        twice = now - a2 * out
+    return filtered
 
 
 def hand_speed(q: Array, rate: float = RATE) -> Array:

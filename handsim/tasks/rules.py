@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from handsim.joints import CONTACT_PARTS
 from handsim.result import Result
@@ -219,6 +218,8 @@ def _turned(traces: GraspTraces, task: Task, start: int) -> float:
 
     What the reach knocked round before does not count, neither way.
     """
+    from scipy.spatial.transform import Rotation  # see `GraspTraces.slip`
+
     turned = Rotation.from_quat(traces.object_quat[start:], scalar_first=True)
     rotation = (turned * turned[0].inv()).as_rotvec()
     axes = [np.array(step.axis) for step in task.steps if step.angle_deg and not step.flex]

@@ -4,14 +4,13 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from handsim.errors import UnknownNameError
 from handsim.joints import Finger
 from handsim.objects.grasp import Grasp
 from handsim.objects.object import Vec3
 from handsim.tasks.task import PassRule, Pressed, Step, Task
-from handsim.types import Array, Side
+from handsim.types import Side
 
 __all__ = [
     "PHONE_TODAY_VIEW", "TASKS", "TASK_NAMES", "Grasp", "PassRule", "Side", "Step", "Task",
@@ -104,17 +103,17 @@ def _placed(task: Task, turn_deg: float) -> Task:
     The hand comes from the right shoulder, so that people lay what is before them a little turned.
     The turns are such that shoulder, elbow and wrist stay within what is comfortable.
     """
-    turn = Rotation.from_euler("z", turn_deg, degrees=True)
+    cosine, sine = np.cos(np.deg2rad(turn_deg)), np.sin(np.deg2rad(turn_deg))
+
+    def turned(vector: Vec3) -> Vec3:
+        x, y, z = vector
+        turned_x, turned_y = cosine * x - sine * y, sine * x + cosine * y
+        return (round(float(turned_x), 6), round(float(turned_y), 6), round(z, 6))
+
     steps = tuple(
-        replace(step, shift=_vector(turn.apply(step.shift)), axis=_vector(turn.apply(step.axis)))
-        for step in task.steps
+        replace(step, shift=turned(step.shift), axis=turned(step.axis)) for step in task.steps
     )
     return replace(task, steps=steps, yaw_deg=task.yaw_deg + turn_deg)
-
-
-def _vector(values: Array) -> Vec3:
-    x, y, z = np.round(values, 6).tolist()
-    return (x, y, z)
 
 
 TASKS: tuple[Task, ...] = (

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from handsim.types import Array, Mask
 
@@ -95,6 +94,8 @@ class GraspTraces:
 
     def slip(self, first: int) -> Array:
         """Return the displacement of the object in the palm since row ``first``, (n,) [m]."""
+        from scipy.spatial.transform import Rotation  # who lists tasks need not wait for it
+
         palm = Rotation.from_quat(self.palm_quat, scalar_first=True)
         local = palm.inv().apply(self.object_pos - self.palm_pos)
         return np.linalg.norm(local - local[first], axis=1)
@@ -110,6 +111,8 @@ class GraspTraces:
         what the palm turns since then: an object that turns with the palm, as in drinking, does not
         tilt in the hand. None takes all rotation in the world.
         """
+        from scipy.spatial.transform import Rotation
+
         own = Rotation.from_quat(self.object_quat, scalar_first=True)
         if with_palm is not None:
             palm = Rotation.from_quat(self.palm_quat, scalar_first=True)

@@ -1,5 +1,6 @@
 """What `handsim` says where nothing is asked of it but who it is."""
 
+import json
 import platform
 import subprocess
 import sys
@@ -57,6 +58,13 @@ def test_the_version_is_said_at_once():
     assert done.stdout.startswith("handsim ")
 
 
+def imported_by(code: str) -> set[str]:
+    """What a process has imported when it has run some code."""
+    code = f"import json, sys\n{code}\nsys.stderr.write(json.dumps(list(sys.modules)))"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(json.loads(ran.stderr.splitlines()[-1]))
+
+
 @pytest.mark.parametrize(
     ("done", "not_needed"),
     [
@@ -64,17 +72,37 @@ def test_the_version_is_said_at_once():
         (
             "import handsim\n"
             "handsim.read_recordings(handsim.data_folder('assets') / 'experiments')",
-            {"scipy.signal", "scipy.interpolate", "handsim.learning"},
-        ),
-        (
-            "import sys; sys.argv = ['handsim', 'recordings', 'info']; import handsim.cli\n"
-            "try: handsim.cli.main()\n"
-            "except SystemExit: pass",
-            {"handsim.learning", "sklearn", "mujoco", "matplotlib", "joblib"},
+            {"scipy", "handsim.learning"},
         ),
     ],
 )
 def test_what_is_not_needed_is_not_imported(done: str, not_needed: set[str]):
-    code = f"import sys\n{done}\nsys.exit(','.join({not_needed} & set(sys.modules)) or 0)"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stderr
+    assert not not_needed & imported_by(done)
+
+
+HEAVY = {"scipy", "mujoco", "sklearn", "matplotlib", "imageio", "joblib", "trimesh", "rich.table"}
+
+
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        ("tasks", set()),
+        ("objects", set()),
+        ("hands", set()),
+        ("recordings info", {"handsim.learning"}),
+        ("recordings info --json", {"handsim.learning"}),
+        ("evaluate", set()),
+        ("postures --task cube-raise -o postures.csv", set()),
+        ("drive --help", {"numpy"}),
+        ("learn", {"numpy"}),
+    ],
+)
+def test_commands_that_should_answer_at_once_import_little(tmp_path, command, more):
+    """`python -m tests.benchmarks.startup` measures their CPU time."""
+    code = (
+        f"import os; os.chdir({str(tmp_path)!r}); sys.argv = ['handsim', *{command!r}.split()]\n"
+        "import handsim.cli\n"
+        "try: handsim.cli.main()\n"
+        "except SystemExit: pass"
+    )
+    assert not (HEAVY | more) & imported_by(code)

@@ -1,8 +1,6 @@
 """`handsim tasks`, `objects` and `hands`: what there is, from the data that the commands use."""
 
 import re
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -129,17 +127,3 @@ def test_every_name_is_listed(run):
     for command, names in known.items():
         words = run(command).out.replace(",", " ").split()
         assert set(names) <= set(words)
-
-
-@pytest.mark.parametrize("command", LISTS)
-def test_lists_import_little(command):
-    code = (
-        f"import sys; sys.argv = ['handsim', '{command}']; import handsim.cli\n"
-        "try: handsim.cli.main()\n"
-        "except SystemExit: pass\n"
-        "heavy = {'sklearn', 'matplotlib', 'imageio', 'joblib', 'scipy.optimize', 'scipy.stats'}\n"
-        f"heavy |= set() if '{command}' == 'objects' else {{'mujoco'}}\n"
-        "sys.exit(','.join(heavy & set(sys.modules)) or 0)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr

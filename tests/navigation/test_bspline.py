@@ -5,12 +5,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from scipy.interpolate import NdBSpline
+from scipy.interpolate import BSpline, NdBSpline
 
 from handsim.errors import InputError
 from handsim.navigation import _spline_evaluator
 from handsim.navigation._spline_evaluator import SplineEvaluator
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
+from handsim.navigation.knots import KnotAxis
 
 SHAPES = {1: (9,), 2: (9, 8), 3: (7, 6, 8), 4: (6, 5, 7, 6), 5: (6, 5, 5, 6, 5)}
 
@@ -39,6 +40,32 @@ def test_values_and_derivatives_agree_with_scipy(n: int, degree: int) -> None:
         for j in range(n):
             second = reference(points, nu=unit[i] + unit[j])
             np.testing.assert_allclose(hessian[:, i, j], second, atol=1e-10)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("kind", ["even", "uneven", "repeated"])
+def test_pieces_on_any_knots_are_those_of_scipy(degree: int, kind: str) -> None:
+    inner = np.sort(np.random.default_rng(degree).normal(size=9))
+    knots = {
+        "even": 0.3 + 0.7 * np.arange(9 + 2 * degree),
+        "uneven": np.concatenate([inner, inner[-1] + np.arange(1.0, 2 * degree + 1)]),
+        "repeated": np.concatenate(
+            [[inner[0]] * degree, inner[:4], inner[3:], [inner[-1]] * degree]
+        ),
+    }[kind]
+    axis = KnotAxis.of(knots, degree)
+    assert axis.even == (kind == "even")
+    every = BSpline(knots, np.eye(axis.n_basis), degree)
+    middles = 0.5 * (axis.breaks[1:] + axis.breaks[:-1])
+    first, values = axis.at_all(middles, 2)
+    for derivative in range(3):
+        reference = every(middles, nu=derivative) if derivative <= degree else 0.0 * every(middles)
+        for i, begins in enumerate(first):
+            found = np.zeros(axis.n_basis)
+            found[begins : begins + degree + 1] = values[derivative, :, i]
+            np.testing.assert_allclose(
+                found, reference[i], atol=1e-9 * np.abs(reference).max() + 1e-15
+            )
 
 
 @pytest.mark.parametrize("n", SHAPES)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from handsim.errors import InputError
 from handsim.joints import N_JOINTS
@@ -35,6 +36,15 @@ def test_low_pass_halves_power_twice_at_the_cutoff_and_has_no_lag() -> None:
         filtered = low_pass(wave)[500:1500]
         # Forwards and backwards: the square of the Butterworth gain, 1 / (1 + (f / fc)^4).
         np.testing.assert_allclose(filtered, gain * wave[500:1500], atol=6e-3)
+
+
+@pytest.mark.parametrize(("n", "d"), [(10, 22), (34, 1), (35, 3), (400, 22)])
+@pytest.mark.parametrize(("rate", "cutoff"), [(100.0, 3.0), (60.0, 6.0)])
+def test_low_pass_is_that_of_scipy(n: int, d: int, rate: float, cutoff: float) -> None:
+    q = np.cumsum(np.random.default_rng(n).normal(size=(n, d)), axis=0)
+    sections = signal.butter(2, cutoff, fs=rate, output="sos")
+    reference = signal.sosfiltfilt(sections, q, axis=0, padlen=min(n - 1, int(rate / cutoff)))
+    np.testing.assert_allclose(low_pass(q, rate, cutoff), reference, atol=1e-12)
 
 
 def test_speed_of_a_ramp() -> None:

@@ -69,7 +69,7 @@ def _size(thing: "GraspObject") -> "Array":
     """Return the sides (3,) [m] of the box around what is seen, hinges at 0."""
     import numpy as np
 
-    from handsim.objects.mjcf import surface_of
+    from handsim.objects.meshes.shipped_mesh import surface_of
 
     pieces = (*thing.pieces, *(piece for link in thing.links for piece in link.pieces))
     return np.ptp(np.concatenate([surface_of(piece).vertices for piece in pieces]), axis=0)

@@ -128,10 +128,17 @@ class GuidedField:
 
     def _flow(self, e: Array, z: Array, s: Array) -> Array:
         half = np.column_stack([self.pull * e[:, :-1], e[:, -1]])
+        if self._free(z):
+            return units(-2.0 * half)
         closing = self.obstacle.closure(z)[1]
         along = dots(closing, self.guide.slope(s)) / self.length
         gamma = dots(half, e)[:, None]
         return units(gamma / self.k * np.column_stack([closing, along]) - 2.0 * half)
+
+    def _free(self, z: Array) -> bool:
+        """Whether no wall is near any of some points (N, n)."""
+        low, high = self._inner
+        return bool(((z > low) & (z < high)).all())
 
     def path(self, z_start: Array, progress: float = 0.0) -> FlowPath:
         """Follow the flow from a start (n,) [rad] at some progress; the path is one of z."""
@@ -170,8 +177,7 @@ class GuidedField:
         point, slope = self.guide.jet(progress)
         left, y = max(1.0 - progress, _LEAST_LEFT), z - point
         forward = left * self.length
-        low, high = self._inner
-        if ((z > low) & (z < high)).all():  # no wall is near: the flow in closed form
+        if self._free(z):  # the flow in closed form
             speed = np.sqrt(self.pull * self.pull * dots(y, y) + forward * forward)
             rising = np.maximum(forward, _LEAST_LEFT * speed)
             back = (-self.length * self.pull / rising)[:, None] * y

@@ -3,7 +3,8 @@
 On a machine without a display MuJoCo renders through EGL or through OSMesa, whichever is installed
 and works. That cannot be told from the files present, and a failed attempt spoils the process it
 is made in; so each backend renders a frame in a child process, and the first that does is used.
-Nothing here is paid for by a command that does not render.
+Nothing here is paid for by a command that does not render. What rendered is remembered
+(`opengl.remembered`), so that the next command need not try again.
 """
 
 import functools
@@ -22,6 +23,7 @@ from typing import Any, Protocol
 
 from handsim.errors import MissingToolError, RenderingError
 from handsim.viewing.opengl.forking import check_not_forked, note_rendering
+from handsim.viewing.opengl.remembered import forget, remember, remembered
 from handsim.viewing.opengl.setting import VARIABLE, named_backend, reason_of
 
 PROBE_TIMEOUT_S = 60.0
@@ -95,7 +97,7 @@ def choose_backend() -> str:
 
     A backend that MUJOCO_GL names is respected; call this before MuJoCo is imported, which fails
     when the one named there is not installed. Otherwise the first of EGL and OSMesa that renders a
-    frame is taken, once a process.
+    frame is taken; what rendered once on this machine is not tried again.
 
     Raises
     ------
@@ -126,7 +128,12 @@ def choose_backend() -> str:
 
 
 def does_not_open(backend: str, error: Exception) -> MissingToolError:
-    """Return the error of a backend that cannot be rendered with here, and what can be done."""
+    """Return the error of a backend that cannot be rendered with here, and what can be done.
+
+    Where it is remembered that it renders, that is forgotten.
+    """
+    forget(backend)
+    _first_that_renders.cache_clear()
     remedy = (
         "start it where there is a display"
         if backend in _WINDOWED
@@ -175,9 +182,13 @@ def _quiet_glfw() -> Generator[Any, None, None]:
 def _first_that_renders() -> str:
     reasons: list[str] = []
     candidates = _CANDIDATES.get(platform.system(), ("glfw",))
+    known = remembered(candidates)
+    if known is not None:
+        return known
     for backend in candidates:
         result = probe(backend, seconds=0.0)
         if result.ok:
+            remember(backend)
             return backend
         reasons.append(f"{backend}: {result.reason}")
     raise MissingToolError(

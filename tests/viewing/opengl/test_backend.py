@@ -11,10 +11,11 @@ from handsim.viewing.opengl.backend import ProbeResult
 
 
 @pytest.fixture
-def fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
+def fresh(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
     """No backend chosen yet, whatever was chosen before this test."""
     monkeypatch.setenv("MUJOCO_GL", "")  # so that what is chosen is forgotten afterwards
     monkeypatch.delenv("MUJOCO_GL")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(gl.platform, "system", lambda: "Linux")
     gl._first_that_renders.cache_clear()
     yield monkeypatch
