@@ -12,12 +12,15 @@ from handsim.tasks.grip_rules import MAX_MARGIN
 from handsim.tasks.table_one import task_by_name
 from handsim.viewing.film.clips import Clip, Overlay
 from handsim.viewing.film.force_bars import ForceBars
+from handsim.viewing.film.framing import Room
 from handsim.viewing.film.overlay import Caption, SubspaceInset, Verdict
 
 BESIDE = ("chair", "side")
 """Views that are shown beside the usual one: in films the first, in contact sheets all."""
 SCALE_IN_SHEETS, BARS_IN_SHEETS = 1.35, 1.15
 """Factors on letters in contact sheets, which are looked at as a whole; bars have room for less."""
+ROOM, ROOM_IN_SHEETS = Room(0.24, 0.05, 0.97, 0.64), Room(0.05, 0.12, 0.95, 0.64)
+"""What is left free by caption, bars and insets; mirrored for a left hand."""
 PAUSE_S = 1.0
 """How long a film shows the end, and the verdict on it [s]."""
 
@@ -47,6 +50,7 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
         in_sheets.append(replace(bars, scale=BARS_IN_SHEETS, at_right=not left_hand))
     if measurements and rollout.z.shape[1] >= 2:
         overlays.append(SubspaceInset(time, rollout.z, below_caption=not left_hand))
+    drawn_on = measurements and len(overlays) > 1
     return Clip(
         rollout.model(),
         time,
@@ -56,6 +60,8 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
         beside=BESIDE if measurements else (),
         inset_below_caption=left_hand,
         pause=PAUSE_S,
+        room=ROOM if drawn_on else Room(),
+        room_in_sheets=ROOM_IN_SHEETS if drawn_on else Room(),
     )
 
 
