@@ -32,7 +32,7 @@ def render(
             help="view, front, side, palm, top, chair, orbit, follow, or the model's own."
         ),
     ] = "view",
-    size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "640x480",
+    size: Annotated[str, typer.Option(help="Width x height of a movement, in pixels.")] = "640x480",
     fps: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
     postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
     plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,

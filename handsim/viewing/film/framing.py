@@ -1,9 +1,8 @@
 """Where a camera stands so that a moving hand and what it grasps fill the picture.
 
 The direction of sight stays; the camera moves along with what it frames, and comes nearer as hand
-and object come together, but never goes away again. What it frames is never cut off: the bounds are
-the greatest within a window of time, and their mean over the same window, which cannot be less than
-those at its middle.
+and object come together. What it frames is never cut off: the bounds are the greatest within a
+window of time, and their mean over the same window, which cannot be less than those at its middle.
 """
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
@@ -16,8 +15,10 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from handsim.types import Array
 
-STEP_S, WINDOW_S = 0.1, 0.9
-"""Time between the states that are looked at, and over which the camera's way is smoothed [s]."""
+STEP_S = 0.1
+"""Time between the states that are looked at [s]."""
+WINDOW_S, ZOOM_WINDOW_S = 0.5, 1.1
+"""Times over which the camera's way and its distance are smoothed [s]."""
 APART_M = 0.55
 """Distance of the palm from what it let go, from which on that is not waited for [m]."""
 
@@ -86,19 +87,22 @@ def frame_movement(
     bounds = np.array(
         [_bounds(points @ axes, right, left, up, down) for points in _outlines(model, qpos[rows])]
     )
-    window = 1 + 2 * int(0.5 * WINDOW_S / STEP_S)
-    most = uniform_filter1d(
-        maximum_filter1d(bounds, window, axis=0, mode="nearest"), window, axis=0, mode="nearest"
-    )
-    a, b, c, d, depth = most.T
+    a, b, c, d, depth = _least_above(bounds, WINDOW_S).T
     nearest = depth + 0.5 * least / tangent
     back = np.maximum(np.maximum((a + b) / (right + left), (c + d) / (up + down)), nearest)
-    distance = np.maximum.accumulate((back - depth)[::-1])[::-1]  # it only comes nearer
+    distance = _least_above(back - depth, ZOOM_WINDOW_S)
     back = depth + distance
     x = 0.5 * ((a - right * back) + (left * back - b))
     y = 0.5 * ((c - up * back) + (down * back - d))
     lookat = np.column_stack([x, y, depth]) @ axes.T
     return Framing(moments, lookat, distance)
+
+
+def _least_above(values: Array, window_s: float) -> Array:
+    """Return what goes smoothly over time and is nowhere less than the values, (n, ...)."""
+    n = 1 + 2 * round(0.5 * window_s / STEP_S)
+    most = maximum_filter1d(values, n, axis=0, mode="nearest")
+    return uniform_filter1d(most, n, axis=0, mode="nearest")
 
 
 def _bounds(points: Array, right: float, left: float, up: float, down: float) -> Array:

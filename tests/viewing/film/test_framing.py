@@ -65,7 +65,7 @@ def test_hand_and_object_stay_in_the_room(model: mujoco.MjModel, room: Room, asp
     framing = frame_movement(model, time, qpos, axes, aspect, room)
     assert framing is not None
     camera = Camera(model, data, "view", framing)
-    assert np.all(np.diff(framing.distance) <= 0), "it only comes nearer"
+    assert np.abs(np.diff(framing.distance)).max() < 0.06, "it does not leap"
     fill = []
     for moment, state in zip(time, qpos, strict=True):
         camera.aim(model, data, float(moment))
