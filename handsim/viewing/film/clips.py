@@ -29,7 +29,7 @@ USUAL = "view"
 """The camera beside which others may be shown."""
 INSET_SHARE = 0.34
 """Width and height of a second view in a film, over the film's own."""
-UNMOVED = 2e-4
+UNMOVED = 4e-4
 """Change of joints, places and the camera below which a picture is not drawn again [rad], [m]."""
 MAX_SHEET_PIXELS = 100_000_000
 """Largest contact sheet [pixels]; it needs six bytes a pixel while it is made."""
@@ -224,7 +224,7 @@ def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) 
     (height, width, 3)
     """
     grid = Grid.of(len(clips), view.width, view.height, columns)
-    with open_offscreen(max(grid.widths), view.height, view.shadows) as offscreen:
+    with open_offscreen(max(grid.widths), view.height, view.shadows, view.quick) as offscreen:
         players = [
             _player(clip, offscreen, view.camera, (width, view.height))
             for clip, width in zip(clips, grid.widths, strict=True)
@@ -256,7 +256,7 @@ def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None)
             f"{MAX_SHEET_PIXELS} pixels; draw fewer or smaller ones"
         )
     times = _spread_times(clip, n)
-    with open_offscreen(view.width, view.height, view.shadows) as offscreen:
+    with open_offscreen(view.width, view.height, view.shadows, view.quick) as offscreen:
         room = clip.room_in_sheets if has_room(view.width, view.height) else Room()
         player = _Player(clip, offscreen, *cameras, room=room)
         views = [player.draw_all(time) for time in times]
@@ -335,7 +335,7 @@ def save_clips(
         write_image(render_sheet(clips[0], view, n_postures, columns), path)
         return n_postures
     grid = Grid.of(len(clips), view.width, view.height, columns)
-    with open_offscreen(max(grid.widths), view.height, view.shadows) as offscreen:
+    with open_offscreen(max(grid.widths), view.height, view.shadows, view.quick) as offscreen:
         frames = [
             _player(clip, offscreen, view.camera, (width, view.height)).draw(clip.duration)
             for clip, width in zip(clips, grid.widths, strict=True)

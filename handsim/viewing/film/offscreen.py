@@ -26,6 +26,8 @@ from handsim.viewing.opengl.backend import (
 )
 
 _MAX_GEOMS = 4000
+_QUICK_SLICES, _QUICK_STACKS = 16, 10
+"""Faces round a part and along it, of pictures drawn quickly; MuJoCo's usual ones are 28 and 16."""
 SIZE_LIMITS = (16, 4096)
 """Least and greatest width and height [pixels]."""
 
@@ -44,6 +46,9 @@ class View:
         Frames a second.
     shadows
         None draws them unless the driver draws on the CPU, where they take most of the time.
+    quick
+        Draws with edges that are not smoothed and round parts of fewer faces: for small pictures,
+        three times as fast where the CPU draws.
     """
 
     camera: str = "view"
@@ -51,6 +56,7 @@ class View:
     height: int = 480
     fps: float = 30.0
     shadows: bool | None = None
+    quick: bool = False
 
     def __post_init__(self) -> None:
         """Check size and rate.
@@ -87,9 +93,15 @@ class Offscreen:
     """Draws models into pictures of one size; made by `open_offscreen`."""
 
     def __init__(
-        self, width: int, height: int, shadows: bool, gl: GLContext, closing: ExitStack
+        self,
+        width: int,
+        height: int,
+        shadows: bool,
+        gl: GLContext,
+        closing: ExitStack,
+        quick: bool = False,
     ) -> None:
-        self.width, self.height, self.shadows = width, height, shadows
+        self.width, self.height, self.shadows, self.quick = width, height, shadows, quick
         self._gl, self._closing = gl, closing
 
     def add(self, model: mujoco.MjModel) -> "LoadedModel":
@@ -97,6 +109,10 @@ class Offscreen:
         self.make_current()
         vis, quality = model.vis.global_, model.vis.quality
         kept = vis.offwidth, vis.offheight, quality.shadowsize
+        finer = quality.offsamples, quality.numslices, quality.numstacks
+        if self.quick:
+            quality.offsamples = 0
+            quality.numslices, quality.numstacks = _QUICK_SLICES, _QUICK_STACKS
         # The buffers are made as large as the picture, and none for shadows that are not drawn:
         # at MuJoCo's usual 4096 x 4096 that one alone takes 64 MB.
         vis.offwidth, vis.offheight = self.width, self.height
@@ -107,6 +123,7 @@ class Offscreen:
             raise does_not_open(choose_backend(), error) from error
         finally:
             vis.offwidth, vis.offheight, quality.shadowsize = kept
+            quality.offsamples, quality.numslices, quality.numstacks = finer
         self._closing.callback(self._free, context)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
         return LoadedModel(self, model, context)
@@ -167,7 +184,7 @@ class LoadedModel:
 
 @contextmanager
 def open_offscreen(
-    width: int, height: int, shadows: bool | None = None
+    width: int, height: int, shadows: bool | None = None, quick: bool = False
 ) -> Generator[Offscreen, None, None]:
     """Open the OpenGL context and free it, with all that was loaded into it, at the end.
 
@@ -175,7 +192,7 @@ def open_offscreen(
     ----------
     width, height
         Size of every picture [pixels].
-    shadows
+    shadows, quick
         As in `View`.
 
     Raises
@@ -190,4 +207,4 @@ def open_offscreen(
         atexit.register(closing.close)
         closing.callback(atexit.unregister, closing.close)
         drawn = not is_software(driver_name()) if shadows is None else shadows
-        yield Offscreen(width, height, drawn, gl, closing)
+        yield Offscreen(width, height, drawn, gl, closing, quick)
