@@ -34,18 +34,24 @@ def report(
     writable(output, ".html")
     check_gl(draws=True)
 
-    from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
+    from handsim.cli.defaults import (
+        controller_or_built_in,
+        planned_destinations,
+        recordings_or_built_in,
+    )
     from handsim.viewing.opengl.backend import choose_backend
 
     learned = controller_or_built_in(controller)
     recordings = recordings_or_built_in(folder, accept, learned)
     choose_backend()
     grasps = _grasps(controller, tasks)
+    planned = planned_destinations(learned, controller)
 
     from handsim.viewing.report import write_report
 
-    with fraction_done("drawing") as drawn:
-        write_report(output, learned, recordings, grasps, _commands(learned, folder), drawn)
+    with fraction_done("writing") as written:
+        commands = _commands(learned, folder)
+        write_report(output, learned, recordings, grasps, commands, written, planned)
     note(f"wrote {output}: {output.stat().st_size / 2**20:.1f} MB, {len(grasps)} grasps")
 
 

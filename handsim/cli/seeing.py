@@ -32,7 +32,7 @@ def render(
             help="view, front, side, palm, top, chair, orbit, follow, or the model's own."
         ),
     ] = "view",
-    size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "640x480",
+    size: Annotated[str, typer.Option(help="Width x height of a movement, in pixels.")] = "640x480",
     fps: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
     postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
     plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,
@@ -66,9 +66,14 @@ def figures(
     controller: ControllerFile = None,
     folder: Folder = None,
     accept: Accept = None,
+    paper: Annotated[
+        Path | None, typer.Option(help="All of them with their captions, .pdf.")
+    ] = None,
 ) -> None:
     """Draw the counterparts of the paper's figures as PNG and SVG."""
     writable_folder(output)
+    if paper is not None:
+        writable(paper, ".pdf")
     check_gl(draws=True)
 
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
@@ -82,8 +87,9 @@ def figures(
 
     output.mkdir(exist_ok=True)
     with fraction_done("drawing") as progress:
-        written = make_figures(learned, recordings, output, progress)
-    note(f"wrote {len(written)} pictures to {output}")
+        written = make_figures(learned, recordings, output, progress, pages=paper)
+    pictures = [path for path in written if path != paper]
+    note(f"wrote {len(pictures)} pictures to {output}{f', and {paper}' if paper else ''}")
 
 
 def _clip(source: Path, *, measurements: bool) -> "Clip":

@@ -1,5 +1,6 @@
 """Certify a controller; where that fails, find the minima in which its flow ends."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,15 +17,30 @@ from handsim.result import Result
 from handsim.types import Array, Progress
 
 _MAX_LISTED = 100  # minima listed by `certify`, so that its answer stays readable
+_AT_ONCE = 600  # paths followed at a time: each keeps all its points until the last has ended
 
 
 def not_arriving(
     navigation: NavigationFunction, z_goal: Array, starts: Array
 ) -> tuple[Array, list[FlowPath]]:
     """Return the starts (m, n) whose paths do not arrive, and those paths."""
-    paths = follow(navigation.directions, starts, np.broadcast_to(z_goal, starts.shape))
-    lost = [i for i, path in enumerate(paths) if not path.arrived]
-    return starts[lost], [paths[i] for i in lost]
+    return next(_lost_paths(navigation, z_goal[None], starts))
+
+
+def _lost_paths(
+    navigation: NavigationFunction, goals: Array, starts: Array
+) -> Iterator[tuple[Array, list[FlowPath]]]:
+    """Yield for each destination (n,) what `not_arriving` does, a few destinations at a time."""
+    n_starts = len(starts)
+    n_goals = max(1, _AT_ONCE // n_starts)
+    for first in range(0, len(goals), n_goals):
+        part = goals[first : first + n_goals]
+        repeated = np.tile(starts, (len(part), 1))
+        paths = follow(navigation.directions, repeated, np.repeat(part, n_starts, axis=0))
+        for i in range(len(part)):
+            own = paths[i * n_starts : (i + 1) * n_starts]
+            lost = [j for j, path in enumerate(own) if not path.arrived]
+            yield starts[lost], [own[j] for j in lost]
 
 
 @dataclass(frozen=True)
@@ -132,6 +148,7 @@ def certify(
         "inner": covered(controller, box_corners(_inset(*navigation.inner))),
     }
     starts = grid(navigation, per_dimension)
+    followed = _lost_paths(navigation, goals, starts)
     counts = {"minimum": 0, "saddle": 0, "maximum": 0, "degenerate": 0}
     traps: list[dict[str, Any]] = []
     lost_starts: list[dict[str, Any]] = []
@@ -139,7 +156,7 @@ def certify(
         if progress:
             progress(i / len(goals))
         goal = demonstration.z_goal
-        lost, paths = not_arriving(navigation, goal, starts)
+        lost, paths = next(followed)
         lost_starts += [_place(demonstration.name, z) for z in lost]
         counts["minimum"] += 1
         if proof.certified:  # there is nothing to be found

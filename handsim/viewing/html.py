@@ -18,7 +18,7 @@ _STYLE = """
 * { box-sizing: border-box; }
 body { margin: 0; color: var(--ink); background: #fff;
   font: 16px/1.55 system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif; }
-header, main, footer { max-width: 68rem; margin: 0 auto; padding: 0 1.25rem; }
+header, main, footer { margin: 0; padding: 0 clamp(1rem, 2.5vw, 3rem); }
 header { padding-top: 2.5rem; }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .3rem; }
 h2 { font-size: 1.3rem; margin: 0 0 .6rem; padding-top: 1.4rem; border-top: 2px solid var(--line); }
@@ -34,7 +34,8 @@ a { color: var(--blue); text-decoration-thickness: 1px; text-underline-offset: .
 .tiles b { display: block; font-size: 1.3rem; line-height: 1.3; white-space: nowrap; }
 .tiles span { color: var(--faint); font-size: .85rem; line-height: 1.35; display: block; }
 .scroll { overflow-x: auto; margin: .6rem 0 1rem; }
-table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; width: 100%; font-size: .9rem;
+  font-variant-numeric: tabular-nums; }
 th, td { padding: .28rem .9rem .28rem 0; text-align: right; border-bottom: 1px solid var(--line); }
 td { white-space: nowrap; }
 th { color: var(--faint); font-weight: 600; vertical-align: bottom; line-height: 1.3; }
@@ -46,6 +47,10 @@ figure { margin: 1rem 0 1.4rem; }
 figure img { display: block; max-width: 100%; height: auto; }
 figcaption { margin-top: .4rem; max-width: 46rem; }
 .films { display: grid; grid-template-columns: repeat(auto-fill, minmax(17rem, 1fr)); gap: 1.1rem; }
+.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(34rem, 100%), 1fr));
+  gap: 1.6rem 2.2rem; align-items: start; }
+.figures figure { margin: 0; }
+.figures img { width: 100%; }
 .films figure { margin: 0; }
 video { display: block; width: 100%; height: auto; border-radius: .4rem; background: var(--ground);
   aspect-ratio: 4 / 3; }
@@ -171,6 +176,11 @@ def film(path: Path, poster: Frame, caption: str, good: bool) -> str:
         f'<img class="still" src="{still}" alt="">'
         f'<figcaption class="{"good" if good else "bad"}">{escape(caption)}</figcaption></figure>'
     )
+
+
+def figures(items: Iterable[str]) -> str:
+    """Return figures side by side where the page is wide enough for two or more."""
+    return f'<div class="figures">{"".join(items)}</div>'
 
 
 def films(items: Iterable[str]) -> str:

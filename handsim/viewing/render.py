@@ -44,7 +44,9 @@ def render(
         from the chair, and its contact sheet has rows of ``chair`` and ``side``. Of a robot hand
         the inset, and the last row, is the person's hand that it follows.
     size
-        Width and height of the video, or of each picture of a contact sheet [pixels].
+        Width and height of each movement, or of each picture of a contact sheet [pixels]. In a
+        grid, cells of shorter rows are wider, so that no place is empty. Pictures under 280x200
+        have a caption alone, whose letters shrink to 9 pixels before it is shortened.
     fps
         Frames a second.
     n_postures

@@ -6,6 +6,7 @@ same page.
 
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,32 +19,18 @@ from handsim.learning.controller import GraspController
 from handsim.learning.scores import evaluate
 from handsim.recordings.contents import summarise
 from handsim.recordings.recording import SYNTHETIC, RecordingSet
-from handsim.types import Progress
+from handsim.types import Array, Progress
 from handsim.viewing import html as page
 from handsim.viewing.figures.paper_figures import make_figures
+from handsim.viewing.figures.paper_pdf import CAPTIONS
 from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.rollout_clips import rollout_clip
 from handsim.viewing.film.video import write_video
 
-FILM = View(width=480, height=360, fps=20.0)
-"""Size and rate of the videos; two dozen of them make a page of a few megabytes."""
-
-CAPTIONS = {
-    "fig5_variance": "Variance of all recorded postures that lies in their first principal "
-    "components: blue, those kept.",
-    "fig7_components": "Principal components along the movements, over normalised arc length: "
-    "left, recordings and controller; right, the hand two standard deviations to either side of "
-    "the mean along each component.",
-    "fig3_learning": "Course of learning: a, the obstacle learned, as ln β; b, the cost; c, the "
-    "norm of its gradient; d, how far the coefficients move, each over the iterations.",
-    "fig1b_level_sets": "Level sets and flow of the two-dimensional navigation function: colours, "
-    "φ; white, the flow to the destination.",
-    "fig4_field": "Flow and level sets of the controller in slices through a destination: the "
-    "path shown is of the recording of median length.",
-    "fig6_paths": "Recordings and the controller's paths in the subspace: same starts, same "
-    "destinations.",
-}
+FILM = View(width=360, height=270, fps=12.0, quick=True)
+"""Size and rate of the videos, no finer than the page shows them; two dozen of them make a few
+megabytes. There is one view of each: a second one in a corner would be a thumbnail."""
 
 
 def write_report(
@@ -53,8 +40,9 @@ def write_report(
     grasps: Sequence[Rollout] = (),
     commands: Sequence[str] = (),
     progress: Progress | None = None,
+    planned: Array | None = None,
 ) -> None:
-    """Write the page.
+    """Write the page: verdict, videos and figures first, then tables.
 
     Parameters
     ----------
@@ -68,6 +56,8 @@ def write_report(
         Command lines that make the page, as text.
     progress
         Called with the fraction done.
+    planned : (m, n_components) [rad]
+        Destinations of plans, which the proof is to cover as well.
 
     Raises
     ------
@@ -83,23 +73,31 @@ def write_report(
             progress(steps / n_steps)
 
     found = evaluate(controller, recordings, progress=lambda fraction: done(0.5 * fraction))
-    proved = certify(controller, progress=lambda fraction: done(0.5 + 0.5 * fraction))
+    proved = certify(controller, progress=lambda f: done(0.5 + 0.5 * f), planned=planned)
     scores, proof = found.as_dict(), proved.as_dict()
     done(1)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        make_figures(controller, recordings, folder, lambda fraction: done(1 + fraction))
+        make_figures(
+            controller,
+            recordings,
+            folder,
+            lambda fraction: done(1 + fraction),
+            suffixes=(".svg",),
+        )
         films: list[str] = []
         for i, grasp in enumerate(grasps):
             films.append(_film(grasp, folder))
             done(3 + i)
         sections = [
-            ("data", "Recordings", _data(summarise(recordings), recordings)),
-            ("subspace", "Subspace", _subspace(controller, folder)),
-            ("learning", "Learning", _learning(controller, folder)),
+            ("verdict", "Verdict", _verdict(proof)),
+            ("grasps", "Grasps in physics", _videos(grasps, films)),
+            ("figures", "Figures", _figures(controller, folder)),
+            ("scores", "Against the recordings", _scores(controller, recordings, scores)),
             ("certificate", "Convergence", _certificate(proof)),
-            ("scores", "Against the recordings", _scores(controller, recordings, scores, folder)),
-            ("grasps", "Grasps in physics", _grasps(grasps, films)),
+            ("forces", "Grasps in numbers", _grasps(grasps)),
+            ("data", "Recordings", _data(summarise(recordings), recordings)),
+            ("subspace", "Subspace", _subspace(controller)),
             ("making", "How this page was made", _making(commands)),
         ]
     text = page.page(
@@ -128,8 +126,7 @@ def _top(scores: dict[str, Any], proof: dict[str, Any], grasps: Sequence[Rollout
         (f"{scores['path_error_deg']:.1f}°", "mean path error"),
         (f"{scores['straight_error_deg']:.1f}°", "that of straight lines"),
         (f"{100 * scores['variance_explained']:.1f} %", "of variance in the subspace"),
-        ("yes" if proof["certified"] else "no", "convergence proved"),
-        (str(proof["starts"] - proof["arrivals"]), f"of {proof['starts']} starts do not arrive"),
+        ("proven" if proof["certified"] else "not proven", "to arrive from every start"),
     ]
     return page.tiles([*shown, (f"{held} of {len(grasps)}", "grasps succeed")] if grasps else shown)
 
@@ -158,7 +155,7 @@ def _data(data: dict[str, Any], recordings: RecordingSet) -> str:
     )  # fmt: skip
 
 
-def _subspace(controller: GraspController, folder: Path) -> str:
+def _subspace(controller: GraspController) -> str:
     subspace = controller.subspace
     share = 100 * subspace.explained_variance_ratio_
     sigma = np.rad2deg(np.sqrt(subspace.explained_variance_))
@@ -167,29 +164,36 @@ def _subspace(controller: GraspController, folder: Path) -> str:
         for i in range(len(share))
     ]
     header = ("component", "standard deviation [deg]", "variance [%]", "cumulative [%]")
-    return page.table(header, rows) + _pictures(folder, "fig5_variance", "fig7_components")
+    return page.table(header, rows)
 
 
-def _learning(controller: GraspController, folder: Path) -> str:
+def _figures(controller: GraspController, folder: Path) -> str:
+    """Return the figures that were drawn: a subspace of one component has fewer."""
     other = "" if controller.method == "direction" else f", not {controller.method}"
     note = (
-        "A controller file keeps what was learned and not the course of learning. The curves below "
-        "are those of a fit of two components to the same recordings, made again for this page by "
-        f"method direction{other}; two dimensions can be drawn whole."
+        "A controller file keeps what was learned and not the course of learning: Fig. 1b and 3 "
+        "are of a fit of two components to the same recordings, made again for this page by "
+        f"method direction{other}."
     )
-    return page.paragraph(note) + _pictures(folder, "fig3_learning", "fig1b_level_sets")
+    drawn = [(folder / f"{name}.svg", caption) for name, caption in CAPTIONS.items()]
+    pictures = [page.picture(path, caption) for path, caption in drawn if path.is_file()]
+    return page.paragraph(note) + page.figures(pictures)
+
+
+def _verdict(proof: dict[str, Any]) -> str:
+    said = (
+        "Proven: from everywhere in the workspace the controller's flow leads to every recorded "
+        "destination."
+        if proof["certified"]
+        else "Not proven: the sufficient condition for convergence everywhere does not hold. That "
+        "proves nothing against it; what follows under Convergence was searched."
+    )
+    return page.paragraph(said, "good" if proof["certified"] else "bad")
 
 
 def _certificate(proof: dict[str, Any]) -> str:
-    verdict = (
-        "Convergence is proved: from everywhere in the workspace the controller's flow leads to "
-        "every recorded destination."
-        if proof["certified"]
-        else "The sufficient condition for convergence everywhere does not hold; that proves "
-        "nothing against it. What follows was searched, not proved."
-    )
     k_min = proof["k_min"]
-    said = {True: "proved", False: "not proved", None: "none"}
+    said = {True: "proven", False: "not proven", None: "none"}
     covers = ", ".join(f"{name} {said[value]}" for name, value in proof["covers"].items())
     rows = [
         ("destinations", covers),
@@ -208,16 +212,12 @@ def _certificate(proof: dict[str, Any]) -> str:
         (trap["destination"], ", ".join(f"{angle:.0f}" for angle in trap["z_deg"]))
         for trap in proof["other_minima"]
     ]
-    return (
-        page.paragraph(verdict, "good" if proof["certified"] else "bad")
-        + page.table(("", "found"), rows, n_text=2)
-        + (page.table(("minimum on the way to", "at [deg]"), traps, n_text=2) if traps else "")
+    return page.table(("", "found"), rows, n_text=2) + (
+        page.table(("minimum on the way to", "at [deg]"), traps, n_text=2) if traps else ""
     )
 
 
-def _scores(
-    controller: GraspController, recordings: RecordingSet, scores: dict[str, Any], folder: Path
-) -> str:
+def _scores(controller: GraspController, recordings: RecordingSet, scores: dict[str, Any]) -> str:
     known = {demonstration.name for demonstration in controller.demonstrations}
     seen = sum(recording.name in known for recording in recordings)
     what = (
@@ -240,7 +240,6 @@ def _scores(
         page.paragraph(what)
         + page.table(("object", *header), objects)
         + page.table(("recording", *header), each)
-        + _pictures(folder, "fig6_paths", "fig4_field")
     )
 
 
@@ -249,9 +248,19 @@ def _errors(row: dict[str, Any]) -> tuple[str, ...]:
     return tuple("–" if row[key] is None else f"{row[key]:.1f}" for key in keys)
 
 
-def _grasps(grasps: Sequence[Rollout], films: Sequence[str]) -> str:
+def _videos(grasps: Sequence[Rollout], films: Sequence[str]) -> str:
     if not grasps:
         return page.paragraph("No grasp was simulated for this page.")
+    what = (
+        "Each task once, without perturbations, in contact physics: the controller drives the 22 "
+        "joints, and the task's own rule judges the outcome."
+    )
+    return page.paragraph(what) + page.films(films)
+
+
+def _grasps(grasps: Sequence[Rollout]) -> str:
+    if not grasps:
+        return page.paragraph("None.")
     rows = [
         (
             grasp.task,
@@ -269,15 +278,11 @@ def _grasps(grasps: Sequence[Rollout], films: Sequence[str]) -> str:
         *("task", "success", "reason", "lift [mm]", "slip [mm]", "tilt [deg]", "hold [s]"),
         "parts touching",
     )
-    what = (
-        "Each task once, without perturbations, in contact physics: the controller drives the 22 "
-        "joints, and the task's own rule judges the outcome."
-    )
-    return page.paragraph(what) + page.table(header, rows) + page.films(films)
+    return page.table(header, rows)
 
 
 def _film(grasp: Rollout, folder: Path) -> str:
-    frames = list(render_clips([rollout_clip(grasp)], FILM))
+    frames = list(render_clips([replace(rollout_clip(grasp), beside=())], FILM))
     path = folder / f"{grasp.task}.mp4"
     write_video(frames, path, FILM.fps)
     outcome = grasp.outcome
@@ -288,12 +293,6 @@ def _film(grasp: Rollout, folder: Path) -> str:
 def _making(commands: Sequence[str]) -> str:
     versions = page.table(("", "version"), current_versions().items(), n_text=2)
     return (page.listing(commands) if commands else "") + versions
-
-
-def _pictures(folder: Path, *names: str) -> str:
-    """Return the figures that were drawn: a subspace of one component has fewer."""
-    paths = [folder / f"{name}.svg" for name in names]
-    return "".join(page.picture(path, CAPTIONS[path.stem]) for path in paths if path.is_file())
 
 
 def _count(n: int, grasp_object: str) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from handsim.navigation.function import NavigationFunction
 from handsim.types import Array
-from handsim.viewing.figures.slices import slice_through
+from handsim.viewing.figures.slices import level_shell, slice_through
 from handsim.viewing.figures.style import (
     FIELD_COLOURS,
     FOLLOWED_ON_FIELD,
@@ -20,6 +20,7 @@ from handsim.viewing.figures.style import (
     add_legend,
     drawing,
     name_axes,
+    quiet_space,
 )
 
 if TYPE_CHECKING:
@@ -51,8 +52,11 @@ def level_sets_figure(navigation: NavigationFunction, recorded: Array, followed:
     return figure
 
 
-def field_figure(navigation: NavigationFunction, path: Array) -> "Figure":
-    """Vector field and level sets about a destination (the paper's Fig. 4), as slices through it.
+def field_figure(navigation: NavigationFunction, path: Array, recorded: Array) -> "Figure":
+    """Vector field and level sets about a destination (the paper's Fig. 4).
+
+    Of three components or more it is a picture of the first three beside slices through the
+    destination, of two it is the plane itself.
 
     Parameters
     ----------
@@ -60,20 +64,73 @@ def field_figure(navigation: NavigationFunction, path: Array) -> "Figure":
         Of 2 dimensions or more.
     path : (n, n_components) [rad]
         A path of the controller; its end is the destination.
+    recorded : (m, n_components) [rad]
+        The recording with the same ends.
     """
     n = navigation.n_dimensions
     pairs = [(0, 1), (0, 2), (1, 2)] if n > 2 else [(0, 1)]
-    with drawing(WIDE, 0.33 * WIDE if n > 2 else 0.6 * WIDE) as figure:
-        spans = [navigation.obstacle.upper[i] - navigation.obstacle.lower[i] for i, _ in pairs]
+    with drawing(WIDE, 0.74 * WIDE if n == 3 else 0.33 * WIDE if n > 3 else 0.6 * WIDE) as figure:
+        if n == 3:
+            grid = figure.add_gridspec(3, 2, width_ratios=[2.35, 1], wspace=0.12)
+            panels = [figure.add_subplot(grid[i, 1]) for i in range(3)]
+            space = figure.add_subplot(grid[:, 0], projection="3d")
+            _draw_space(space, navigation, path, recorded)
+        else:
+            panels = list(figure.subplots(1, len(pairs), squeeze=False)[0])
         pictures: list[Any] = []
-        all_axes = figure.subplots(1, len(pairs), squeeze=False, width_ratios=spans)[0]
-        for axes, pair in zip(all_axes, pairs, strict=True):
+        for axes, pair in zip(panels, pairs, strict=True):
             pictures.append(_draw_slice(axes, navigation, path[-1], pair))
+            _draw_path(axes, recorded[:, pair], RECORDED_ON_FIELD)
             _draw_path(axes, path[:, pair], FOLLOWED_ON_FIELD)
             _mark_ends(axes, path[:, pair])
-        _colour_bar(figure, pictures[0], list(all_axes))
-        add_legend(figure, FOLLOWED_ON_FIELD)
+        _colour_bar(figure, pictures[0], panels)
+        add_legend(figure, RECORDED_ON_FIELD, FOLLOWED_ON_FIELD, START, GOAL)
     return figure
+
+
+SHELLS = (0.05, 0.18, 0.4)
+"""Level sets of phi that are drawn in space."""
+_ARROWS = 6
+"""Arrows along the longest side of the workspace."""
+
+
+def _draw_space(axes: Any, navigation: NavigationFunction, path: Array, recorded: Array) -> None:
+    """Draw shells of equal phi about the destination, the flow, and both paths."""
+    from matplotlib import colormaps
+
+    goal, low, high = path[-1], navigation.obstacle.lower, navigation.obstacle.upper
+    colours = colormaps[FIELD_COLOURS]
+    for level, opacity in zip(SHELLS, (0.5, 0.24, 0.12), strict=True):
+        shell = np.rad2deg(np.clip(level_shell(navigation, goal, level, 41), low, high))
+        axes.plot_surface(
+            *np.moveaxis(shell, -1, 0),
+            color=colours(level**0.5),
+            alpha=opacity,
+            linewidth=0,
+            rcount=60,
+            ccount=60,
+            rasterized=True,
+        )
+    step = float((high - low).max()) / _ARROWS
+    sides = [np.arange(lo + step / 2, hi, step) for lo, hi in zip(low, high, strict=True)]
+    places = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+    arrows = 0.4 * step * navigation.directions(places, goal)
+    axes.quiver(
+        *np.rad2deg(places.T),
+        *np.rad2deg(arrows.T),
+        color="#5B6672",
+        linewidth=0.5,
+        arrow_length_ratio=0.4,
+        alpha=0.55,
+    )
+    for curve, style in ((recorded, RECORDED_ON_FIELD), (path, FOLLOWED_ON_FIELD)):
+        axes.plot(*np.rad2deg(curve.T), **{**style, "linewidth": 2.2}, zorder=10)
+    axes.plot(*np.rad2deg(path[:1].T), **{**START, "markersize": 6, "zorder": 11})
+    axes.plot(*np.rad2deg(goal[:, None]), **{**GOAL, "markersize": 6, "zorder": 11})
+    axes.set(**{f"{a}lim": tuple(np.rad2deg([lo, hi])) for a, lo, hi in zip("xyz", low, high)})  # noqa: B905
+    axes.view_init(elev=22, azim=-62)
+    quiet_space(axes)
+    name_axes(axes, (0, 1, 2))
 
 
 def _draw_slice(
@@ -97,7 +154,7 @@ def _draw_slice(
 
 
 def _colour_bar(figure: "Figure", picture: Any, axes: Sequence["Axes"]) -> None:
-    bar = figure.colorbar(picture, ax=axes, label="φ", shrink=0.85)
+    bar = figure.colorbar(picture, ax=axes, label="φ", shrink=0.85, aspect=28)
     bar.set_ticks([0, 0.05, 0.2, 0.4, 0.6, 0.8, 1])
 
 

@@ -53,4 +53,7 @@ def learning_figure(navigation: NavigationFunction, history: History) -> "Figure
             axes.set(xlabel="iteration", ylabel=label, yscale="linear" if letter == "b" else "log")
             axes.grid(visible=True, linewidth=0.3)
             label_panel(axes, letter)
+        figure.suptitle(
+            "refit of two components to the same recordings, drawn whole", x=0.01, ha="left", size=8
+        )
     return figure

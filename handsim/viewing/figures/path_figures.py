@@ -17,12 +17,14 @@ from handsim.viewing.figures.style import (
     add_legend,
     drawing,
     name_axes,
+    quiet_space,
 )
 from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.posture_clips import posture_clip, posture_model
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -37,24 +39,27 @@ def paths_figure(recorded: Sequence[Array], followed: Sequence[Array]) -> "Figur
     n = recorded[0].shape[1]
     starts = np.rad2deg([path[0] for path in recorded])
     goals = np.rad2deg([path[-1] for path in recorded])
-    with drawing(WIDE, 0.8 * WIDE if n > 2 else 0.6 * WIDE) as figure:
-        pairs = [(0, 1), (0, 2), (1, 2)] if n > 2 else [(0, 1)]
-        grid = figure.add_gridspec(2, 2) if n > 2 else figure.add_gridspec(1, 1)
+    with drawing(WIDE, 0.74 * WIDE if n > 2 else 0.6 * WIDE) as figure:
         panels: list[tuple[Any, tuple[int, ...]]] = []
         if n > 2:
-            panels.append((figure.add_subplot(grid[0, 0], projection="3d"), (0, 1, 2)))
-        for place, pair in zip([(0, 1), (1, 0), (1, 1)] if n > 2 else [(0, 0)], pairs, strict=True):
-            panels.append((figure.add_subplot(grid[place]), pair))
+            grid = figure.add_gridspec(3, 2, width_ratios=[2.35, 1], wspace=0.12)
+            panels.append((figure.add_subplot(grid[:, 0], projection="3d"), (0, 1, 2)))
+            for i, pair in enumerate(((0, 1), (0, 2), (1, 2))):
+                panels.append((figure.add_subplot(grid[i, 1]), pair))
+        else:
+            panels.append((figure.subplots(), (0, 1)))
         for axes, pick in panels:
-            columns = list(pick)
+            columns, thin = list(pick), {"linewidth": 0.8} if n > 2 else {}
             for style, paths in ((RECORDED, recorded), (FOLLOWED, followed)):
                 for path in paths:
-                    axes.plot(*np.rad2deg(path[:, columns].T), **style)
-            axes.plot(*starts[:, columns].T, **START)
-            axes.plot(*goals[:, columns].T, **GOAL)
+                    axes.plot(*np.rad2deg(path[:, columns].T), **{**style, **thin})
+            small = {"markersize": 3} if n > 2 and len(pick) == 2 else {}
+            axes.plot(*starts[:, columns].T, **{**START, **small})
+            axes.plot(*goals[:, columns].T, **{**GOAL, **small})
             name_axes(axes, pick)
             if len(pick) == 3:
-                axes.set_box_aspect((4, 4, 3), zoom=0.85)  # leaves room for the labels
+                axes.view_init(elev=24, azim=-58)
+                quiet_space(axes)
         add_legend(figure, RECORDED, FOLLOWED, START, GOAL)
     return figure
 
@@ -71,7 +76,8 @@ def components_figure(
     ----------
     recorded, followed : (n_i, n_components) [rad] each
     eigengrasps
-        For each component, pictures of the hand at -reach, 0 and +reach standard deviations.
+        For each component, pictures of the hand at -reach, 0 and +reach standard deviations. The
+        mean is the same for all, and drawn once.
     reach
         See above.
     """
@@ -87,13 +93,17 @@ def components_figure(
             axes.set(ylabel=f"PC {i + 1} [deg]", xlim=(0, 1))
             if i == n - 1:
                 axes.set_xlabel("normalised arc length")
-            for j, picture in enumerate(eigengrasps[i]):
-                panel = figure.add_subplot(grid[i, j + 1])
-                panel.imshow(picture)
-                panel.set_axis_off()
-                panel.set_title(titles[j] if i == 0 else "")
+            for j in (0, 2):
+                _show(figure.add_subplot(grid[i, j + 1]), eigengrasps[i][j], titles[j], i == 0)
+        _show(figure.add_subplot(grid[:, 2]), eigengrasps[0][1], titles[1], True)
         add_legend(figure, RECORDED, FOLLOWED)
     return figure
+
+
+def _show(axes: "Axes", picture: Frame, title: str, titled: bool) -> None:
+    axes.imshow(picture)
+    axes.set_axis_off()
+    axes.set_title(title if titled else "")
 
 
 def eigengrasps(subspace: PostureSubspace, reach: float = 2.0) -> Array:

@@ -82,3 +82,53 @@ def slice_through(
     points = np.tile(point, (resolution**2, 1))
     points[:, i], points[:, j] = np.tile(first, resolution), np.repeat(second, resolution)
     return Slice((i, j), first, second, points)
+
+
+def level_shell(
+    navigation: NavigationFunction, z_goal: Array, level: float, resolution: int = 25
+) -> Array:
+    """Return the level set of phi about a destination, in three dimensions.
+
+    Along each ray from the destination it is where phi first reaches the level; a ray along which
+    it does not ends at the workspace.
+
+    Parameters
+    ----------
+    navigation
+        Of three dimensions.
+    z_goal : (3,) [rad]
+    level
+        Between 0 and 1.
+    resolution
+        Rays from pole to pole; there are twice as many around.
+
+    Returns
+    -------
+    (resolution, 2 * resolution, 3) [rad]
+    """
+    if navigation.n_dimensions != 3:
+        raise InputError(f"shells of {navigation.n_dimensions} dimensions; give three")
+    polar = np.linspace(0, np.pi, resolution)[:, None]
+    around = np.linspace(0, 2 * np.pi, 2 * resolution)[None]
+    rays = np.stack(
+        [
+            np.sin(polar) * np.cos(around),
+            np.sin(polar) * np.sin(around),
+            np.cos(polar) + 0 * around,
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    low, high = navigation.obstacle.lower - z_goal, navigation.obstacle.upper - z_goal
+    safe = np.where(np.abs(rays) < 1e-12, 1e-12, rays)
+    reach = np.maximum(low / safe, high / safe).min(axis=1)
+    shares = np.linspace(0.0, 1.0, 41)[1:]
+    points = z_goal + (shares[:, None, None] * reach[:, None] * rays).reshape(-1, 3)
+    phi = navigation.jets(points, z_goal, 0)[0].reshape(len(shares), len(rays))
+    phi = np.vstack([np.zeros(len(rays)), phi])
+    beyond = phi >= level
+    first = np.where(beyond.any(axis=0), beyond.argmax(axis=0), len(shares))
+    column = np.arange(len(rays))
+    before, after = phi[first - 1, column], phi[first, column]
+    part = np.clip((level - before) / np.maximum(after - before, 1e-12), 0.0, 1.0)
+    radius = reach * (first - 1 + part) / len(shares)
+    return (z_goal + radius[:, None] * rays).reshape(resolution, 2 * resolution, 3)

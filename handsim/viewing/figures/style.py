@@ -1,9 +1,11 @@
 """Style of the figures: colours for the colour-blind and for print, sizes, labels, file formats."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from handsim.files import replacing
 
@@ -70,17 +72,25 @@ def drawing(width: float, height: float) -> Generator["Figure", None, None]:
         yield Figure(figsize=(width, height))
 
 
-def save_figure(figure: "Figure", folder: Path, name: str) -> list[Path]:
+SUFFIXES = (".png", ".svg")
+
+
+def save_figure(
+    figure: "Figure", folder: Path, name: str, suffixes: Sequence[str] = SUFFIXES
+) -> list[Path]:
     """Write a figure as ``name.png`` and ``name.svg``, each as a whole or not at all.
+
+    It is laid out once, when it is written for the first time.
 
     Raises
     ------
     FileError
         If the folder does not exist or cannot be written.
     """
-    paths = [Path(folder) / f"{name}{suffix}" for suffix in (".png", ".svg")]
+    paths = [Path(folder) / f"{name}{suffix}" for suffix in suffixes]
     for path in paths:
         save_picture(figure, path)
+        figure.set_layout_engine("none")
     return paths
 
 
@@ -108,6 +118,20 @@ def name_axes(axes: Any, pick: tuple[int, ...]) -> None:
     """Label axes with the components that they show: ``pick`` counts from 0, labels from 1."""
     for letter, i in zip("xyz", pick, strict=False):
         axes.set(**{f"{letter}label": f"PC {i + 1} [deg]"})
+
+
+def quiet_space(axes: Any) -> None:
+    """Give axes in three dimensions pale walls, few ticks and the whole room of their panel."""
+    from matplotlib.ticker import MaxNLocator
+
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_major_locator(MaxNLocator(4))
+        axis.pane.set_facecolor("#F7F8FA")
+        axis.pane.set_edgecolor("#D5DAE0")
+        axis._axinfo["grid"].update(color="#E3E7EC", linewidth=0.5)  # there is no other way
+    axes.tick_params(pad=-1, labelsize=7)
+    spans = [high - low for low, high in (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())]
+    axes.set_box_aspect(np.maximum(spans, 0.75 * max(spans)), zoom=1.02)
 
 
 def add_legend(figure: "Figure", *styles: LineStyle) -> None:

@@ -13,18 +13,13 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.types import Array, Frame, Progress
-from handsim.viewing.film.offscreen import (
-    SIZE_LIMITS,
-    Camera,
-    LoadedModel,
-    Offscreen,
-    View,
-    open_offscreen,
-)
-from handsim.viewing.film.overlay import inset_view
+from handsim.viewing.film.camera import FRAMED, Camera, standing_axes
+from handsim.viewing.film.framing import Framing, Room, frame_movement
+from handsim.viewing.film.grid import Grid
+from handsim.viewing.film.offscreen import LoadedModel, Offscreen, View, open_offscreen
+from handsim.viewing.film.overlay import has_room, inset_view
 from handsim.viewing.film.video import (
     contact_sheet,
-    tile,
     usual_columns,
     write_image,
     write_video,
@@ -36,8 +31,8 @@ COMPANION = "companion"
 """Stands among the cameras for the usual view of `Clip.companion`."""
 INSET_SHARE = 0.34
 """Width and height of a second view in a film, over the film's own."""
-LEAST_WITH_INSET = 200
-"""Height from which on a film has room for a second view [pixels]."""
+UNMOVED = 4e-4
+"""Change of joints, places and the camera below which a picture is not drawn again [rad], [m]."""
 MAX_SHEET_PIXELS = 100_000_000
 """Largest contact sheet [pixels]; it needs six bytes a pixel while it is made."""
 
@@ -76,6 +71,8 @@ class Clip:
         Whether the inset is at the upper left instead of the lower right: an arm comes from there.
     pause
         How long a film shows the last state [s].
+    room, room_in_sheets
+        What the overlays leave free of films and of contact sheets; hand and object are there.
     """
 
     model: mujoco.MjModel
@@ -87,6 +84,8 @@ class Clip:
     companion: "Clip | None" = None
     inset_below_caption: bool = False
     pause: float = 0.0
+    room: Room = Room()  # noqa: RUF009
+    room_in_sheets: Room = Room()  # noqa: RUF009
 
     def __post_init__(self) -> None:
         """Check that the arrays belong together and to the model.
@@ -119,19 +118,39 @@ def frame_times(duration: float, fps: float) -> Array:
 
 
 class _Player:
-    """Draws a clip at any time from one camera or several."""
+    """Draws a clip at any time from one camera or several, in pictures of one size."""
 
-    def __init__(self, clip: Clip, offscreen: Offscreen, *cameras: str) -> None:
+    def __init__(
+        self,
+        clip: Clip,
+        offscreen: Offscreen,
+        *cameras: str,
+        size: tuple[int, int] | None = None,
+        room: Room | None = None,
+    ) -> None:
         self.clip = clip
+        self.size = size or (offscreen.width, offscreen.height)
         self.scene: LoadedModel = offscreen.add(clip.model)
         self.data = mujoco.MjData(clip.model)
         self._pose(0.0)
         self.cameras: list[Camera | _Player] = [
-            _Player(clip.companion, offscreen, USUAL)
+            _Player(clip.companion, offscreen, USUAL, size=self.size)
             if clip.companion is not None and name == COMPANION
-            else Camera(clip.model, self.data, name)
-            for name in cameras
+            else Camera(clip.model, self.data, name, self._framing(name, Room() if i else room))
+            for i, name in enumerate(cameras)
         ]
+        self._drawn: dict[int, tuple[Array, Frame]] = {}
+
+    def _framing(self, camera: str, room: Room | None) -> Framing | None:
+        """Return the way of a standing camera of the model, None for other cameras."""
+        model = self.clip.model
+        own = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA.value, camera) >= 0
+        if camera not in FRAMED or not own:
+            return None
+        axes = standing_axes(model, self.data, camera)
+        aspect = self.size[0] / self.size[1]
+        time, qpos = self.clip.time, self.clip.qpos
+        return frame_movement(model, time, qpos, axes, aspect, room or Room(), FRAMED[camera])
 
     def _pose(self, time: float) -> None:
         """Set the state at ``time`` [s] since the start; interpolate between samples."""
@@ -167,12 +186,22 @@ class _Player:
         return [self._finished(views[0], time, self.clip.in_sheets), *views[1:]]
 
     def _view(self, camera: int, time: float, size: tuple[int, int] | None = None) -> Frame:
-        seen = self.cameras[camera]
-        if isinstance(seen, _Player):
-            seen._pose(time)
-            return seen._finished(seen._view(0, time, size), time, seen.clip.overlays)
-        seen.aim(self.clip.model, self.data, time)
-        return self.scene.draw(self.data, seen.view, size)
+        """Draw a camera's view, unless nothing has moved since it was drawn last."""
+        shown = self.cameras[camera]
+        if isinstance(shown, _Player):
+            shown._pose(time)
+            return shown._finished(shown._view(0, time, size), time, shown.clip.overlays)
+        shown.aim(self.clip.model, self.data, time)
+        view = shown.view
+        sight = [*view.lookat, view.distance, np.deg2rad(view.azimuth), np.deg2rad(view.elevation)]
+        state = np.concatenate([self.data.qpos, sight])
+        before = self._drawn.get(camera)
+        if before is None or np.abs(state - before[0]).max() > UNMOVED:
+            before = self._drawn[camera] = (
+                state,
+                self.scene.draw(self.data, view, size or self.size),
+            )
+        return before[1].copy()
 
     def _finished(self, frame: Frame, time: float, overlays: tuple[Overlay, ...]) -> Frame:
         for overlay in overlays:
@@ -180,10 +209,12 @@ class _Player:
         return frame
 
 
-def _film_cameras(clip: Clip, camera: str, height: int) -> tuple[str, ...]:
-    """Return the cameras of a clip's film: the usual one has an inset where there is room."""
+def _player(clip: Clip, offscreen: Offscreen, camera: str, size: tuple[int, int]) -> _Player:
+    """Return the player of a film: the usual camera has an inset where there is room."""
+    roomy = has_room(*size)
     insets = clip.beside[:1] if clip.companion is None else (COMPANION,)
-    return (camera, *insets) if camera == USUAL and height >= LEAST_WITH_INSET else (camera,)
+    beside = insets if camera == USUAL and roomy else ()
+    return _Player(clip, offscreen, camera, *beside, size=size, room=clip.room if roomy else Room())
 
 
 def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) -> Iterator[Frame]:
@@ -196,44 +227,26 @@ def render_clips(clips: Sequence[Clip], view: View, columns: int | None = None) 
     clips
         What moves.
     view
-        Its size is that of the whole picture.
+        Its size is that of each movement's cell; cells of shorter rows are wider.
     columns
-        Clips in a row; by default as many as rows, or one more.
+        Clips in a row; by default such that no place is empty.
 
     Yields
     ------
     (height, width, 3)
     """
-    if not clips:
-        raise InputError("no movements to draw; give one or more")
-    columns = columns or math.ceil(math.sqrt(len(clips)))
-    rows = math.ceil(len(clips) / columns)
-    width, height = view.width // columns, view.height // rows
-    if min(width, height) < SIZE_LIMITS[0]:
-        raise InputError(
-            f"{columns} x {rows} movements in {view.width}x{view.height} pixels leave "
-            f"{width}x{height} each; give a size that leaves {SIZE_LIMITS[0]} or more"
-        )
-    with open_offscreen(width, height, view.shadows) as offscreen:
+    grid = Grid.of(len(clips), view.width, view.height, columns)
+    with open_offscreen(max(grid.widths), view.height, view.shadows, view.quick) as offscreen:
         players = [
-            _Player(clip, offscreen, *_film_cameras(clip, view.camera, height)) for clip in clips
+            _player(clip, offscreen, view.camera, (width, view.height))
+            for clip, width in zip(clips, grid.widths, strict=True)
         ]
         cells: dict[int, Frame] = {}
         for time in frame_times(max(clip.shown for clip in clips), view.fps):
             for i, player in enumerate(players):
                 if time <= player.clip.duration + 1 / view.fps:
                     cells[i] = player.draw(float(time))
-            yield _fit(tile(list(cells.values()), columns), view) if len(cells) > 1 else cells[0]
-
-
-def _fit(sheet: Frame, view: View) -> Frame:
-    """Pad the picture with white where it does not divide into whole cells."""
-    height, width = sheet.shape[:2]
-    if (width, height) == (view.width, view.height):
-        return sheet
-    full = np.full((view.height, view.width, 3), 255, np.uint8)
-    full[:height, :width] = sheet
-    return full
+            yield grid.assemble(list(cells.values())) if len(cells) > 1 else cells[0]
 
 
 def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None) -> Frame:
@@ -256,8 +269,9 @@ def render_sheet(clip: Clip, view: View, n: int = 8, columns: int | None = None)
             f"{MAX_SHEET_PIXELS} pixels; draw fewer or smaller ones"
         )
     times = _spread_times(clip, n)
-    with open_offscreen(view.width, view.height, view.shadows) as offscreen:
-        player = _Player(clip, offscreen, *cameras)
+    with open_offscreen(view.width, view.height, view.shadows, view.quick) as offscreen:
+        room = clip.room_in_sheets if has_room(view.width, view.height) else Room()
+        player = _Player(clip, offscreen, *cameras, room=room)
         views = [player.draw_all(time) for time in times]
     columns = columns or usual_columns(len(times))
     frames: list[Frame] = []
@@ -311,7 +325,7 @@ def save_clips(
     path
         Replaced only when all is drawn.
     view
-        Size of the whole video, of each picture of a contact sheet.
+        Its size is that of each movement, and of each picture of a contact sheet.
     columns
         Clips, or pictures of a contact sheet, in a row.
     n_postures
@@ -333,13 +347,13 @@ def save_clips(
     if len(clips) == 1:
         write_image(render_sheet(clips[0], view, n_postures, columns), path)
         return n_postures
-    with open_offscreen(view.width, view.height, view.shadows) as offscreen:
-        players = (
-            _Player(clip, offscreen, *_film_cameras(clip, view.camera, view.height))
-            for clip in clips
-        )
-        frames = [player.draw(player.clip.duration) for player in players]
-    write_image(contact_sheet(frames, (), columns), path)
+    grid = Grid.of(len(clips), view.width, view.height, columns)
+    with open_offscreen(max(grid.widths), view.height, view.shadows, view.quick) as offscreen:
+        frames = [
+            _player(clip, offscreen, view.camera, (width, view.height)).draw(clip.duration)
+            for clip, width in zip(clips, grid.widths, strict=True)
+        ]
+    write_image(grid.assemble(frames), path)
     return len(frames)
 
 

@@ -1,12 +1,20 @@
 """What the fingers press, beside what is needed: one bar each for fingers and palm."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from handsim.tasks.grip_rules import LEAST_PRESS
 from handsim.types import Array, Frame
-from handsim.viewing.film.overlay import DARK, FORCE_COLOUR, draw_text, sample_at, text_width
+from handsim.viewing.film.overlay import (
+    DARK,
+    FORCE_COLOUR,
+    draw_text,
+    has_room,
+    sample_at,
+    text_width,
+)
 
 IDLE_COLOUR = (150, 154, 160)
 """Of the bar of a part that presses less than `LEAST_PRESS`; its name is in this grey, too."""
@@ -21,8 +29,8 @@ make the rest too small to be seen."""
 MOST_OF_WIDTH = 0.46
 """Share of a frame's width that whole names may take: what is grasped is right of that."""
 _MOST = 1e6  # N; files may hold anything
-_MARKS = 4.6
-"""Room for the names of the lines, in heights of letters."""
+_MARK = "limit 18.8"
+"""The least that there is room for beside the bars."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +70,11 @@ class ForceBars:
         return min(max(most, self.limit, 1.5 * self.need, LEAST_PRESS), _MOST)
 
     def draw(self, frame: Frame, time: float) -> None:
-        """Draw onto a frame as of ``time`` [s]."""
-        field = BarField.of(frame, self.labels, self.scale, self.at_right)
+        """Draw onto a frame as of ``time`` [s], if it has room for them (`has_room`)."""
+        if not has_room(frame.shape[1], frame.shape[0]):
+            return
+        written = [f"{name} {value:.1f}" for name, value in self._marks()]
+        field = BarField.of(frame, self.labels, self.scale, self.at_right, written)
         field.lay_ground(frame)
         draw_text(frame, ["normal force, N"], (field.left, field.title), field.size)
         now = self.force[sample_at(self.time, time)].tolist()
@@ -71,14 +82,13 @@ class ForceBars:
         for i, newton in enumerate(now):
             colour = IDLE_COLOUR if newton < LEAST_PRESS else FORCE_COLOUR
             field.bar(frame, i, heights[i], colour)
-        marks = (("need", self.need, NEED_COLOUR), ("limit", self.limit, LIMIT_COLOUR))
         lines: list[int] = []
-        for name, value, colour in marks:
-            if value > 0:
-                lines.append(field.bottom - self.pixels(value, field))
-                field.line(frame, lines[-1], colour, dashed=name == "limit")
-                at = (field.right + 0.2 * field.size, lines[-1] - 0.75 * field.size)
-                draw_text(frame, [f"{name} {value:.1f}"], at, field.size, colour)
+        for mark, (name, value) in zip(written, self._marks(), strict=True):
+            colour = NEED_COLOUR if name == "need" else LIMIT_COLOUR
+            lines.append(field.bottom - self.pixels(value, field))
+            field.line(frame, lines[-1], colour, dashed=name == "limit")
+            at = (field.right + 0.2 * field.size, lines[-1] - 0.75 * field.size)
+            draw_text(frame, [mark], at, field.size, colour)
         for i, newton in enumerate(now):
             letters = IDLE_COLOUR if newton < LEAST_PRESS else DARK
             number = f"{newton:.1f}" if newton > 0 else "0"
@@ -89,6 +99,9 @@ class ForceBars:
             field.write(frame, i, number, above, letters)
             field.name(frame, i, self.labels[i], letters)
 
+    def _marks(self) -> list[tuple[str, float]]:
+        return [(n, v) for n, v in (("need", self.need), ("limit", self.limit)) if v > 0]
+
     def pixels(self, newton: float, field: "BarField") -> int:
         """Return how high a force stands in a field [pixels]."""
         return round(min(newton / self.full_scale, 1.0) * field.height)
@@ -98,8 +111,8 @@ class ForceBars:
 class BarField:
     """Where the bars are in a frame, all in pixels: the columns, their letters, and their height.
 
-    ``right`` is where the last column ends; the marks' names stand beyond it. Whole names stand in
-    two lines by turns, so that the columns can be narrow and the hand remains in view.
+    ``right`` is where the last column ends; beyond it the lines' names have ``beside`` pixels.
+    Whole names stand in two lines by turns, so that the columns can be narrow and the hand in view.
     """
 
     left: int
@@ -109,15 +122,22 @@ class BarField:
     size: int
     pitch: int
     whole_names: bool
+    beside: int
 
     @classmethod
     def of(
-        cls, frame: Frame, labels: tuple[str, ...], scale: float = 1.0, at_right: bool = False
+        cls,
+        frame: Frame,
+        labels: tuple[str, ...],
+        scale: float = 1.0,
+        at_right: bool = False,
+        marks: Sequence[str] = (),
     ) -> "BarField":
-        """Lay the field out in a frame of any size."""
+        """Lay the field out in a frame of any size, with room for the names of lines beside it."""
         height, width = frame.shape[:2]
-        size = max(11, round(scale * height / 39))
-        pitch, beside = round(2.1 * size), _MARKS * size
+        size = max(10, round(scale * height / 39))
+        pitch = round(2.1 * size)
+        beside = round(0.4 * size) + max(text_width(mark, size) for mark in (_MARK, *marks))
         whole = pitch * len(labels) + beside <= MOST_OF_WIDTH * width
         pitch = pitch if whole else round(1.75 * size)
         left = round(1.3 * size)
@@ -125,7 +145,7 @@ class BarField:
             left = max(left, width - round(beside + 0.3 * size) - pitch * len(labels))
         bottom = height - round((3.0 if whole else 1.8) * size)
         right, top = left + pitch * len(labels), bottom - round(0.165 * height)
-        return cls(left, right, top, bottom, size, pitch, whole)
+        return cls(left, right, top, bottom, size, pitch, whole, beside)
 
     @property
     def height(self) -> int:
@@ -140,7 +160,7 @@ class BarField:
     def lay_ground(self, frame: Frame) -> None:
         """Make the frame paler under the bars, and draw the line that they stand on."""
         rows = slice(max(self.title - 2, 0), frame.shape[0] - self.size // 3)
-        columns = slice(max(self.left - self.size, 0), self.right + round(_MARKS * self.size))
+        columns = slice(max(self.left - self.size, 0), self.right + self.beside)
         frame[rows, columns] = (0.35 * frame[rows, columns] + 0.65 * 255).astype(np.uint8)
         _fill(frame, self.left, self.bottom, self.right, self.bottom + 1, (90, 95, 102))
 

@@ -19,6 +19,11 @@ PATH_COLOUR = (0, 114, 178)
 DARK = (25, 28, 33)
 GOOD_COLOUR, BAD_COLOUR = (0, 105, 70), (176, 38, 20)
 
+LEAST_LETTERS = 9
+"""Least height of letters that can be read [pixels]."""
+ROOMY = (280, 200)
+"""Least width and height of a picture with room for measurements; smaller ones have a caption."""
+
 _Colour = tuple[int, int, int]
 _EDGE = 2
 """White edge of a second view [pixels]."""
@@ -55,6 +60,41 @@ def draw_text(
 def text_width(line: str, size: int) -> int:
     """Return how wide a line is with its edge [pixels]."""
     return _text(line, size, DARK).shape[1]
+
+
+def has_room(width: int, height: int) -> bool:
+    """Return whether measurements and a second view are drawn into pictures of a size [pixels]."""
+    return width >= ROOMY[0] and height >= ROOMY[1]
+
+
+def fitted(line: str, size: int, width: float) -> tuple[str, int]:
+    """Make a line fit into a width: by smaller letters, then by what may be left out of it.
+
+    Letters shrink to `LEAST_LETTERS`. If that is not enough, what follows the last comma is left
+    out, again and again; what is still too long ends in two points.
+
+    Parameters
+    ----------
+    line
+    size
+        Height of letters that is wished for [pixels].
+    width
+        That there is [pixels].
+
+    Returns
+    -------
+    str, int
+        What is written, and in letters of which height.
+    """
+    while size > LEAST_LETTERS and text_width(line, size) > width:
+        size -= 1
+    while text_width(line, size) > width and ", " in line:
+        line = line.rpartition(", ")[0]
+    if text_width(line, size) <= width:
+        return line, size
+    while line and text_width(f"{line}..", size) > width:
+        line = line[:-1]
+    return f"{line}..", size
 
 
 @functools.lru_cache(maxsize=512)
@@ -147,14 +187,19 @@ class Caption:
 
     def draw(self, frame: Frame, time: float) -> None:
         """Write onto a frame as of ``time`` [s]."""
-        size = round(max(_caption_size(frame), self.scale * frame.shape[0] / 26))
+        usual = round(max(_caption_size(frame), self.scale * frame.shape[0] / 26))
         names = [name for start, name in self.phases if start <= time + 1e-9]
         clock = f"{time:.2f} s" + (f"  {names[-1]}" if names else "")
-        draw_text(frame, [*self.lines, clock], (0.5 * size, 0.4 * size), size)
+        width = frame.shape[1] - usual
+        left, top = 0.5 * usual, round(0.4 * usual)
+        for line in (*self.lines, clock):
+            written, size = fitted(line, usual, width)
+            draw_text(frame, [written], (left, top), size)
+            top += round(1.3 * usual)
         if self.verdict is not None and time >= self.verdict.time - 1e-9:
-            top = (0.4 + 1.3 * (len(self.lines) + 1)) * size
             colour = GOOD_COLOUR if self.verdict.good else BAD_COLOUR
-            draw_text(frame, [self.verdict.text], (0.5 * size, top), round(1.2 * size), colour)
+            written, size = fitted(self.verdict.text, round(1.2 * usual), width)
+            draw_text(frame, [written], (left, top), size, colour)
 
 
 def _caption_size(frame: Frame) -> int:
@@ -163,6 +208,8 @@ def _caption_size(frame: Frame) -> int:
 
 class SubspaceInset:
     """The path in the first two subspace coordinates, at the lower right or below the caption.
+
+    Pictures without room (`has_room`) are left as they are.
 
     Parameters
     ----------
@@ -186,6 +233,8 @@ class SubspaceInset:
         """Draw onto a frame the path up to ``time`` [s] and the position at that time."""
         from PIL import Image, ImageDraw
 
+        if not has_room(frame.shape[1], frame.shape[0]):
+            return
         side = round(0.3 * min(frame.shape[:2]))
         if self._base is None or len(self._base) != side:
             self._base = self._background(side)

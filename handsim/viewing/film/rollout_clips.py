@@ -12,6 +12,7 @@ from handsim.tasks.grip_rules import MAX_MARGIN
 from handsim.tasks.table_one import task_by_name
 from handsim.viewing.film.clips import Clip, Overlay
 from handsim.viewing.film.force_bars import ForceBars
+from handsim.viewing.film.framing import Room
 from handsim.viewing.film.overlay import Caption, SubspaceInset, Verdict
 from handsim.viewing.film.person_clip import person_clip
 
@@ -19,6 +20,8 @@ BESIDE = ("chair", "side")
 """Views that are shown beside the usual one: in films the first, in contact sheets all."""
 SCALE_IN_SHEETS, BARS_IN_SHEETS = 1.35, 1.15
 """Factors on letters in contact sheets, which are looked at as a whole; bars have room for less."""
+ROOM, ROOM_IN_SHEETS = Room(0.24, 0.05, 0.97, 0.64), Room(0.05, 0.12, 0.95, 0.64)
+"""What is left free by caption, bars and insets; mirrored for a left hand."""
 PAUSE_S = 1.0
 """How long a film shows the end, and the verdict on it [s]."""
 
@@ -49,6 +52,7 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
     if measurements and rollout.z.shape[1] >= 2:
         overlays.append(SubspaceInset(time, rollout.z, below_caption=not left_hand))
     model = rollout.model()
+    drawn_on = measurements and len(overlays) > 1
     return Clip(
         model,
         time,
@@ -59,6 +63,8 @@ def rollout_clip(rollout: Rollout, measurements: bool = True) -> Clip:
         companion=person_clip(rollout, model) if measurements else None,
         inset_below_caption=left_hand,
         pause=PAUSE_S,
+        room=ROOM if drawn_on else Room(),
+        room_in_sheets=ROOM_IN_SHEETS if drawn_on else Room(),
     )
 
 

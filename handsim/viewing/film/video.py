@@ -38,7 +38,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "output_params": (
             *("-vf", "scale=out_color_matrix=bt709", "-colorspace", "bt709"),  # else colours shift
             *("-color_primaries", "bt709", "-color_trc", "bt709"),
-            *("-crf", "20", "-preset", "medium", "-movflags", "+faststart"),
+            # Half the time of "medium", and of these films no more bytes.
+            *("-crf", "20", "-preset", "veryfast", "-movflags", "+faststart"),
         ),
     },
 }

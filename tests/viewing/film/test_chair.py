@@ -10,9 +10,9 @@ from handsim.grasping.rollout_file import read_rollout
 from handsim.tasks.scene import build_scene
 from handsim.tasks.table_one import task_by_name
 from handsim.types import HandSize
-from handsim.viewing.film.chair import direction_deg, eyes_of
+from handsim.viewing.film.camera import Camera, direction_deg, eyes_of
 from handsim.viewing.film.clips import Clip, _Player
-from handsim.viewing.film.offscreen import Camera, open_offscreen
+from handsim.viewing.film.offscreen import open_offscreen
 from handsim.viewing.film.rollout_clips import rollout_clip
 
 SCHEMAS = Path(__file__).parents[2] / "data" / "schemas"
@@ -68,15 +68,15 @@ def test_the_hand_fills_the_view_from_the_chair(rendering: str, grasp: Clip) -> 
         assert columns.min() > 5
         assert not (names == "trunk").any(), "the person's chest is not in the way"
         usual.append(share_of_hand(bodies_seen(grasp, "view", time)[0]))
-    assert max(usual) < 0.04
+    assert min(usual) > 0.05, "nor is it small in the usual view"
 
 
 def test_the_person_is_seen_beside_the_hand(rendering: str, grasp: Clip) -> None:
-    for camera, least in (("view", 0.001), ("side", 0.02)):
+    for camera, least, of_trunk in (("view", 0.001, 0.05), ("side", 0.02, 0.01)):
         names, _ = bodies_seen(grasp, camera, 0.3 * grasp.duration)
         assert np.isin(names, ("lower_arm", "forearm")).mean() > least, camera
         assert (names == "upper_arm").mean() > 0.03, camera
-        assert (names == "trunk").mean() > 0.05, camera
+        assert (names == "trunk").mean() > of_trunk, camera
 
 
 def test_old_rollouts_are_seen_from_the_chair(rendering: str, old_grasp: Clip) -> None:

@@ -13,7 +13,7 @@ from handsim.viewing.film.force_bars import (
     BarField,
     ForceBars,
 )
-from handsim.viewing.film.overlay import FORCE_COLOUR
+from handsim.viewing.film.overlay import FORCE_COLOUR, text_width
 
 SIZES = [(240, 320), (360, 480), (480, 640), (1080, 1920)]
 
@@ -152,4 +152,22 @@ def test_numbers_that_no_hand_presses_are_drawn_all_the_same(newton: float) -> N
 
 @pytest.mark.parametrize("size", [(16, 16), (60, 80), (120, 160)])
 def test_frames_too_small_for_it(size: tuple[int, int]) -> None:
-    assert drawn(bars(2.0, 1.0, need=1.0, limit=4.0), size).shape == (*size, 3)
+    frame = drawn(bars(2.0, 1.0, need=1.0, limit=4.0), size)
+    assert (frame == 128).all(), "are left as they are"
+
+
+@pytest.mark.parametrize("size", [(200, 280), (240, 320), (300, 400), (480, 640)])
+@pytest.mark.parametrize("limit", [4.0, 118.3])
+def test_texts_stay_apart_and_within_the_frame(size: tuple[int, int], limit: float) -> None:
+    """Numbers and letters are on the paler ground, whose columns they do not share."""
+    shown = bars(99.9, 0.8, 0.8, 0.8, 0.8, 0.8, need=limit / 4, limit=limit)
+    frame = drawn(shown, size)
+    field = BarField.of(frame, CONTACT_PARTS)
+    rows, columns = np.nonzero((frame != 128).any(axis=-1))
+    assert columns.max() < size[1] - 1
+    assert rows.max() < size[0] - 1
+    assert field.title > 0.6 * size[0]
+    marks = text_width(f"limit {limit:.1f}", field.size)
+    assert field.right + 0.2 * field.size + marks <= columns.max() + 2, "they end on the ground"
+    if size[1] >= 320:
+        assert text_width("99.9", field.size) <= field.pitch + 2 * field.size // 3

@@ -5,13 +5,16 @@ from handsim.types import Frame
 from handsim.viewing.film.overlay import (
     BAD_COLOUR,
     GOOD_COLOUR,
+    LEAST_LETTERS,
     PATH_COLOUR,
     Caption,
     SubspaceInset,
     Verdict,
     _round_length,
     draw_text,
+    fitted,
     inset_view,
+    text_width,
 )
 
 
@@ -81,6 +84,28 @@ def test_caption_says_how_it_ended_from_when_that_is_known(good: bool) -> None:
     rows, columns = np.nonzero(colours[1])
     assert 33 <= rows.min() < rows.max() < 52, "below the time"
     assert columns.max() < 60
+
+
+@pytest.mark.parametrize("width", [20, 60, 100, 128, 160, 400])
+@pytest.mark.parametrize("line", ["tall-glass-side-rotate, controller", "cup, a, b", "held", ""])
+def test_lines_are_made_to_fit(width: int, line: str) -> None:
+    written, size = fitted(line, 16, width)
+    assert text_width(written, size) <= width
+    assert LEAST_LETTERS <= size <= 16
+    assert line.startswith(written.removesuffix(".."))
+    if text_width(line, LEAST_LETTERS) <= width:
+        assert written == line, "smaller letters come first"
+    elif text_width(line.partition(", ")[0], LEAST_LETTERS) <= width:
+        assert not written.endswith(".."), "then what follows a comma is left out"
+
+
+def test_a_caption_stays_within_a_small_picture() -> None:
+    verdict = Verdict(0.0, "failed: the object was touched by nothing for too long", good=False)
+    frame = grey(size=(120, 160))
+    Caption(("tall-glass-side-rotate, demonstrator",), ((0.0, "squeeze"),), verdict).draw(frame, 0)
+    rows, columns = changed(frame)
+    assert 130 < columns.max() < 158
+    assert rows.max() < 60
 
 
 def test_larger_letters() -> None:

@@ -145,10 +145,10 @@ def test_the_second_view_is_away_from_the_arm(ball: mujoco.MjModel) -> None:
 def test_contact_sheets_show_forces_and_verdict(rendering: str, ball: mujoco.MjModel) -> None:
     run = rollout(ball, True)
     run = replace_fields(run, outcome=replace(run.outcome, need_n=1.0))
-    sheet = render_sheet(rollout_clip(run), View(width=160, height=120), n=4, columns=2)
-    assert sheet.shape == (6 * 120 + 5 * 2, 2 * 160 + 2, 3), "usual, chair and side, two times"
+    sheet = render_sheet(rollout_clip(run), View(width=320, height=240), n=4, columns=2)
+    assert sheet.shape == (6 * 240 + 5 * 2, 2 * 320 + 2, 3), "usual, chair and side, two times"
     cells = [
-        [sheet[122 * row : 122 * row + 120, 162 * i : 162 * i + 160] for i in range(2)]
+        [sheet[242 * row : 242 * row + 240, 322 * i : 322 * i + 320] for i in range(2)]
         for row in range(6)
     ]
     for row in range(6):
@@ -159,6 +159,14 @@ def test_contact_sheets_show_forces_and_verdict(rendering: str, ball: mujoco.MjM
     assert all(np.diff(forces) > 0)
     good = [(cell == GOOD_COLOUR).all(axis=-1).any() for row in (0, 3) for cell in cells[row]]
     assert good == [False, False, False, True]
+
+
+def test_small_pictures_have_a_caption_alone(rendering: str, ball: mujoco.MjModel) -> None:
+    run = replace_fields(rollout(ball, True), task="tall-glass-side-rotate")
+    for width, height, roomy in ((160, 120, False), (279, 240, False), (320, 240, True)):
+        frame = list(render_clips([rollout_clip(run)], View(width=width, height=height, fps=4)))[3]
+        for colour in (FORCE_COLOUR, PATH_COLOUR):
+            assert (frame == colour).all(axis=-1).any() == roomy, (width, colour)
 
 
 def test_contact_sheet_of_another_camera_shows_it_alone(
