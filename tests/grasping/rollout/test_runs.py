@@ -136,7 +136,7 @@ def lost(rise=0.0, palm=0.1, lift=0.1):
     """
     due = Commands.together([lifted(-np.inf), lifted(palm)]).due_to_rise(lift)
     made = ending(due, height=[0.5, 0.3 + rise], first=[0.5, 0.3])
-    runs._Runs.end_lost(made, 50)
+    runs.Runs.end_lost(made, 50)
     assert not made.lost[0]
     assert made.ends.tolist() == [61, 51 if made.lost[1] else 61]
     assert made.end == 61
@@ -164,7 +164,7 @@ def ending(due, height, first, ends=(61, 61)):
 
 def test_all_end_with_the_last_that_is_lost_and_none_ends_twice():
     made = ending(np.ones((61, 2), dtype=bool), [0.0, 0.0], [0.0, 0.0], ends=(40, 61))
-    runs._Runs.end_lost(made, 50)
+    runs.Runs.end_lost(made, 50)
     assert made.lost.tolist() == [False, True]
     assert made.ends.tolist() == [40, 51]
     assert made.end == 51
