@@ -29,12 +29,12 @@ def grasped(env, weights, seed):
     return total, info["is_success"]
 
 
-def train(task, generations, n_seeds, share=0.05):
+def train(task, generations, n_seeds, popsize=6, share=0.05):
     """Search the weights (3, 14); print the mean reward, and return weights and both scores."""
     env = ResidualEnv(gymnasium.make(handsim.environments.ID, task=task), share)
     shape, seeds = (env.action_space.shape[0], 14), range(1, 1 + n_seeds)
     search = cma.CMAEvolutionStrategy(
-        np.zeros(np.prod(shape)), 0.3, {"popsize": 6, "seed": 1, "verbose": -9}
+        np.zeros(np.prod(shape)), 0.3, {"popsize": popsize, "seed": 1, "verbose": -9}
     )
     best, known = np.zeros(shape), np.mean([grasped(env, np.zeros(shape), s)[0] for s in seeds])
     print(f"the controller alone: {known:.3f}")

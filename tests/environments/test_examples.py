@@ -21,8 +21,8 @@ def test_a_residual_is_trained_in_at_most_sixty_lines(script, monkeypatch):
 
     monkeypatch.setattr(example, "grasped", grasped)
     with contextlib.redirect_stdout(io.StringIO()) as said:
-        best, alone, known = example.train("mouse-left-click", generations=1, n_seeds=1)
-    assert seeds == [(1, False), *[(1, True)] * 6]
+        best, alone, known = example.train("mouse-left-click", generations=1, n_seeds=1, popsize=3)
+    assert seeds == [(1, False), *[(1, True)] * 3]
     assert best.shape == (3, 14)
     assert known >= alone > 0.0
     assert (known > alone) == bool(best.any())

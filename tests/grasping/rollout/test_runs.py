@@ -234,3 +234,17 @@ def test_a_run_that_is_lost_between_checks_has_not_diverged(made, monkeypatch, a
     assert told is unstable
     assert n == {10: 11, 49: 1, 60: 51}[at]
     assert asked == [TASK.rule.lift]
+
+
+def test_one_has_diverged_as_it_has_among_several():
+    rng = np.random.default_rng(3)
+    found = []
+    for _ in range(200):
+        qvel, warnings = rng.normal(0.0, 150.0, 8), np.zeros(7, dtype=np.int32)
+        if rng.uniform() < 0.2:
+            qvel[rng.integers(8)] = rng.choice([np.nan, np.inf, -np.inf, runs.MAX_SPEED])
+        if rng.uniform() < 0.3:
+            warnings[rng.integers(7)] = 1
+        found.append(runs.has_diverged(qvel, warnings))
+        assert found[-1] == runs.diverged(qvel, warnings)
+    assert 20 < sum(found) < 180
