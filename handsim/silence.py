@@ -8,25 +8,27 @@ user's own back, in whatever order they leave.
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import threading
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import ContextDecorator
 
 import mujoco
 
 Handler = Callable[[str], None]
 
 
-@contextmanager
-def silent() -> Generator[None]:
+class silent(ContextDecorator):  # noqa: N801, it is used as a function
     """Keep MuJoCo from telling the terminal and a log file what the outcome will tell.
 
     Any number of threads may be inside at once, and one of them more than once. A handler that is
     set meanwhile by somebody else is not touched on leaving.
     """
-    _quiet.enter()
-    try:
-        yield
-    finally:
+
+    def __enter__(self) -> None:
+        """Begin to keep silent."""
+        _quiet.enter()
+
+    def __exit__(self, *error: object) -> None:
+        """Let the user's own handler hear again."""
         _quiet.leave()
 
 

@@ -51,7 +51,7 @@ ROOMS = (
     "learning.transport", "driving", "hand", "arm", "objects", "objects.meshes", "tasks",
     "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
-    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "exports",
+    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "environments", "exports",
     "exports.lerobot", "viewing", "viewing.film", "viewing.figures", "viewing.live",
     "viewing.opengl", "cli", "cli.exporting", "cli.listing", "cli.recordings",
 )  # fmt: skip
@@ -217,7 +217,23 @@ def posture_table() -> str:
     return "\n".join(rows)
 
 
+def entry_table() -> str:
+    """Return the table of what actions and observations of the environment are."""
+    from handsim.environments.entries import ACTION_KINDS, action_entry, observation_entries
+
+    seen = [(f'`["{entry.name}"]`', entry) for entry in observation_entries(3, 9.99)]
+    given = [(f'`action="{kind}"`', action_entry(kind, 3)) for kind in ACTION_KINDS]
+    rows = ["| | numbers | unit | meaning | bounds |", "|---|---|---|---|---|"]
+    for name, entry in (*given, *seen):
+        high = "end of the run" if entry.name == "time" else f"{entry.high:g}"
+        rows.append(
+            f"| {name} | {entry.size} | {entry.unit} | {entry.meaning} | {entry.low:g} to {high} |"
+        )
+    return "\n".join(rows)
+
+
 MAKERS = {
+    "entries": entry_table,
     "joints": joint_table,
     "objects": object_table,
     "postures": posture_table,

@@ -233,3 +233,27 @@ class GripLayer:
             self._longest = np.maximum(longest, SHORT)
         scale = (self.press / self._longest).take(_COLUMNS, axis=1)
         return np.where(self._holds, self.at + scale * self._way, free)
+
+
+class Ungripped:
+    """What stands in place of a `GripLayer` where nothing holds: fingers go where they are told."""
+
+    def feel(self, forces: Sequence[Sequence[float]]) -> bool:
+        """Return False: no touch is of interest."""
+        return False
+
+    def touch(self, q: Array) -> None:
+        """Do nothing with a posture (n, 22) [rad]."""
+
+    def command(
+        self,
+        told: Array,
+        slip: Sequence[float] | None,
+        load: Sequence[float] | None,
+        closed: float,
+        dt: float,
+        *,
+        acting: bool,
+    ) -> Array:
+        """Return the targets (n, 22) [rad] as they were told."""
+        return told

@@ -165,13 +165,17 @@ class LearnedDriver:
     ) -> tuple[Array, Array]:
         """Return the reference's posture with the lead for its velocity, (n, 22) [rad]."""
         subspace = self.controller.subspace
-        z = reference + CORRECTION * (self.coordinates(readings) - reference)
+        z = self.drawn(reference, readings)
         velocity = self.timing.velocities(z, time)
         # Stacks of vectors (n, 1, n_components): each is multiplied with the matrix by itself,
         # since a product of two matrices rounds otherwise.
         lead = (velocity[:, None] @ subspace.components_)[:, 0] * self.lead
         targets = clip_to_range(subspace.inverse_transform(z[:, None])[:, 0] + lead)
         return targets, z + dt * velocity
+
+    def drawn(self, reference: Array, readings: Array) -> Array:
+        """Return references (n, n_components) [rad], each drawn a little to its reading."""
+        return reference + CORRECTION * (self.coordinates(readings) - reference)
 
     @property
     def destination(self) -> Array:

@@ -9,7 +9,7 @@ from itertools import groupby
 import numpy as np
 
 from handsim.arm.arm_strength import leading_targets
-from handsim.grasping.gripping.grip import GripLayer, shares_of
+from handsim.grasping.gripping.grip import GripLayer, Ungripped, shares_of
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
 from handsim.grasping.rollout._stepping import COMMANDS, Simulations
 from handsim.grasping.rollout.commands import Commands
@@ -48,6 +48,8 @@ class Job:
         Timing; by default that of the task.
     glove
         How the joints are read; by default with 1 degree steps and noise.
+    gripped
+        Whether the grip layer holds forces; otherwise the driver's targets go to the actuators.
     """
 
     scene: Scene
@@ -55,6 +57,7 @@ class Job:
     driver: Driver
     schedule: Schedule | None = None
     glove: DataGlove = field(default_factory=DataGlove)
+    gripped: bool = True
 
     @property
     def run_schedule(self) -> Schedule:
@@ -71,6 +74,7 @@ def command_key(job: Job) -> Hashable:
         job.scene.task.name,
         job.plan.squeeze,
         job.scene.conditions.latency,
+        job.gripped,
     )
     return id(job.driver), job.glove, job.run_schedule, wrist, grasp
 
@@ -139,7 +143,7 @@ class Group:
     glove: DataGlove
     wrist: Wrist
     commands: Commands
-    grip: GripLayer
+    grip: GripLayer | Ungripped
     last: int
     delay: int
     hand: HandModel
@@ -163,7 +167,8 @@ class Group:
         self._arrived = False
         # Numbers are faster than arrays of one, and slices than indices that follow each other.
         self._joints_ctrl = _slice_of(self.hand.ctrl_index)
-        self._flexes = [any(row) for row in self.commands.flexion.tolist()]
+        gripped = isinstance(self.grip, GripLayer)
+        self._flexes = [gripped and any(row) for row in self.commands.flexion.tolist()]
         self._closed: list[float] = self.commands.closed.tolist()
         self._any_lost = [any(row) for row in self.commands.lost.tolist()]
         if self.reach is not None:
@@ -171,12 +176,21 @@ class Group:
             self.mocap_pos[:] = self.commands.palm_pos
             self.mocap_quat[:] = self.commands.palm_quat
 
+    def measure(self, tick: int) -> None:
+        """Read gloves and fingertips."""
+        if tick < len(self.commands.times):
+            self._measured.append(self._measure(tick))
+
+    def seen(self) -> tuple[Array, Array, Array]:
+        """Return where the driver means runs to be, what it reads, and what gloves do (n, 22)."""
+        now = self._measured[0]
+        return self._reference, self._reading(now), self.glove.reading(now.q, now.noise)
+
     def command(self, tick: int) -> None:
-        """Read gloves and fingertips and write the commands of a reading."""
+        """Write the commands that follow from what was measured."""
         commands = self.commands
         if tick >= len(commands.times):
             return
-        self._measured.append(self._measure(tick))
         measured = self._measured[0]
         told = self._tell(tick, measured)
         acting = tick >= commands.action
@@ -322,8 +336,10 @@ def groups_of(
     return groups
 
 
-def _grip_of(jobs: Sequence[Job], closing: Array) -> GripLayer:
+def _grip_of(jobs: Sequence[Job], closing: Array) -> GripLayer | Ungripped:
     """Return the grip layer of runs of one task."""
+    if not jobs[0].gripped:
+        return Ungripped()
     task = jobs[0].scene.task
     flexed = {finger for step in task.steps for finger in step.flex}
     return GripLayer(

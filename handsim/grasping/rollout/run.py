@@ -100,34 +100,15 @@ def run_jobs(
         None for a run of a batch that had more contacts than its sensors have slots for, or a
         device room for; it has to be made by itself.
     """
-    runs = _Runs(jobs, device)
+    runs = Runs(jobs, device)
     runs.start()
-    simulations, samples, recent = runs.simulations, runs.samples, runs.recent
-    sent = [(samples[name], getattr(simulations, name)) for name in simulations.commanded]
-    kept = [(samples[name], getattr(simulations, name)) for name in _STATES]
-    tick = unchecked = 0
-    while tick < runs.end:
+    while runs.tick < runs.end:
         for group in runs.groups:
-            group.command(tick)
-        for rows, values in sent:
-            values[:] = rows[tick]
-        for rows, values in kept:
-            rows[tick] = values
-        row = tick - unchecked
-        recent.sensors[row] = simulations.sensordata
-        exact = simulations.exact_contacts()
-        if exact is not None:
-            recent.exact_contacts[row] = exact
-        simulations.step_to_next_reading(tick, runs.ends)
-        recent.speeds[row], recent.warnings[row] = simulations.qvel, simulations.warnings
-        tick += 1
-        if row + 1 == CHECKED_EVERY or tick == runs.end:
-            runs.check(unchecked, tick)
-            unchecked = tick
+            group.measure(runs.tick)
+            group.command(runs.tick)
+        runs.step()
         if brief:
-            runs.end_lost(tick - 1)
-    if unchecked < tick:
-        runs.check(unchecked, tick)
+            runs.end_lost(runs.tick - 1)
     return runs.records()
 
 
@@ -142,6 +123,13 @@ def diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> Mask:
     """
     slow = np.asarray(np.abs(qvel) <= MAX_SPEED).all(axis=-1)
     return np.asarray(~slow | warnings[..., list(BAD_NUMBERS)].any(axis=-1))
+
+
+def has_diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> bool:
+    """Return the same as `diverged` of one simulation, (nv,) and (n_kinds,); for loops."""
+    slow = qvel.min() >= -MAX_SPEED and qvel.max() <= MAX_SPEED  # neither, if one is no number
+    counts = warnings.tolist()
+    return not slow or any(counts[kind] for kind in BAD_NUMBERS)
 
 
 class _Recent:
@@ -164,11 +152,15 @@ class _Recent:
         self.warnings = np.empty((CHECKED_EVERY, *simulations.warnings.shape), dtype=np.int32)
 
 
-class _Runs:
+class Runs:
     """Runs while they are made.
+
+    At each reading, `groups` measure and command before the runs `step` to the next one.
 
     Attributes
     ----------
+    tick
+        Number of the reading that they are at.
     ends : (n_runs,)
         How many readings each run has.
     end
@@ -179,8 +171,9 @@ class _Runs:
         What has yet to be checked.
     """
 
-    def __init__(self, jobs: Sequence[Job], device: Device) -> None:
+    def __init__(self, jobs: Sequence[Job], device: Device = "cpu") -> None:
         self.jobs, n = jobs, len(jobs)
+        self.tick = self._unchecked = 0
         self.simulations = simulations = simulations_of([job.scene for job in jobs], device)
         self.commands = commands_of(jobs)
         self.ends = np.array([len(commands.times) for commands in self.commands])
@@ -197,6 +190,9 @@ class _Runs:
         self.samples["press"] = np.zeros((self.end, n, len(CONTACT_PARTS), 3))
         self.groups = groups_of(jobs, self.commands, simulations, self.samples)
         self.recent = _Recent(simulations)
+        samples = self.samples
+        self._sent = [(samples[name], getattr(simulations, name)) for name in simulations.commanded]
+        self._kept = [(samples[name], getattr(simulations, name)) for name in _STATES]
         # Readings at which an object that has not risen is lost.
         self._due = np.zeros((self.end, n), dtype=bool)
         for i, (job, commands) in enumerate(zip(jobs, self.commands, strict=True)):
@@ -222,6 +218,25 @@ class _Runs:
         simulations.forward()
         self._height = simulations.sensordata[:, simulations.sensors.height]
         self._first_height = self._height.copy()
+
+    def step(self) -> None:
+        """Send what is commanded at this reading, and go on to the next."""
+        tick, recent, simulations = self.tick, self.recent, self.simulations
+        row = tick - self._unchecked
+        for rows, values in self._sent:
+            values[:] = rows[tick]
+        for rows, values in self._kept:
+            rows[tick] = values
+        recent.sensors[row] = simulations.sensordata
+        exact = simulations.exact_contacts()
+        if exact is not None:
+            recent.exact_contacts[row] = exact
+        simulations.step_to_next_reading(tick, self.ends)
+        recent.speeds[row], recent.warnings[row] = simulations.qvel, simulations.warnings
+        self.tick = tick + 1
+        if row + 1 == CHECKED_EVERY or self.tick == self.end:
+            self.check(self._unchecked, self.tick)
+            self._unchecked = self.tick
 
     def check(self, start: int, stop: int) -> None:
         """Make samples of what was kept of some readings, and end runs that have diverged."""
@@ -267,6 +282,9 @@ class _Runs:
 
     def records(self) -> list[Rollout | None]:
         """Judge the runs and return their records."""
+        if self._unchecked < self.tick:
+            self.check(self._unchecked, self.tick)
+            self._unchecked = self.tick
         return [None if self.uncounted[i] else self._record(i) for i in range(len(self.jobs))]
 
     def _record(self, i: int) -> Rollout:

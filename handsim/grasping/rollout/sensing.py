@@ -192,6 +192,11 @@ class Sensors:
         """Return poses by name, (n, 3) [m] or (n, 4), from values (n, n_poses or more)."""
         return {name: values[:, place].copy() for name, place in self._poses.items()}
 
+    def posed(self, values: Array) -> dict[str, list[float]]:
+        """Return the poses of one simulation by name, from values (n_values,); for loops."""
+        numbers = values[: self.n_poses].tolist()
+        return {name: numbers[place] for name, place in self._poses.items()}
+
     @property
     def n_pressed(self) -> int:
         """How many bodies are watched for the fingers that press them."""
@@ -226,6 +231,29 @@ class Sensors:
         crowded = self.n_contacts(rows).max(axis=1) > SLOTS
         touch = Touch(force.reshape(*shape, -1), press.reshape(*shape, -1, 3), depth.reshape(shape))
         return touch, crowded.reshape(shape)
+
+    def touching(self, values: Array) -> tuple[list[float], list[list[float]]]:
+        """Return forces (6,) and presses (6, 3) [N], as of `Touch`, of one simulation; for loops.
+
+        Parameters
+        ----------
+        values : (n_values,)
+            Contacts beyond a sensor's slots do not count.
+        """
+        force = [0.0] * len(CONTACT_PARTS)
+        press = [[0.0] * 3 for _ in CONTACT_PARTS]
+        start, width = self._slots.start, SLOTS * _WIDTH
+        found = self.n_contacts(values).tolist()
+        for sensor in [i for i, n in enumerate(found) if n]:
+            first, part = start + sensor * width, self._parts[sensor]
+            numbers, pressed = values[first : first + width].tolist(), press[part]
+            for slot in range(0, int(min(found[sensor], SLOTS)) * _WIDTH, _WIDTH):
+                _, push, _, _, _, x, y, z = numbers[slot : slot + _WIDTH]
+                force[part] += push
+                pressed[0] += push * x
+                pressed[1] += push * y
+                pressed[2] += push * z
+        return force, press
 
     def finger_forces(self, values: Array) -> list[list[float]]:
         """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""

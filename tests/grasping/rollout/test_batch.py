@@ -208,7 +208,7 @@ def test_more_contacts_than_sensors_can_tell_are_counted_one_by_one(controller, 
     assert expected[0].contact_force.max() > 0
     # A batch's contact forces are spoiled and its sensors said to have too few slots: runs by
     # themselves put it right.
-    monkeypatch.setattr(runs._Runs, "check", spoiled(runs._Runs.check))
+    monkeypatch.setattr(runs.Runs, "check", spoiled(runs.Runs.check))
     for run, known in zip(simulate_batch(jobs, n_threads=1), expected, strict=True):
         assert_same(run, known)
 

@@ -68,7 +68,7 @@ def asked_of_the_glove(monkeypatch, touches: dict[int, int], **values):
         times.append(len(counts) - 1)
         return read(self, q, disturbance)
 
-    def command(self, tick):
+    def measure(self, tick):
         counts.append(tick)
         usual(self, tick)
 
@@ -77,8 +77,8 @@ def asked_of_the_glove(monkeypatch, touches: dict[int, int], **values):
         usual_touch(self, q)
 
     counts: list[int] = []
-    usual, usual_touch = jobs.Group.command, GripLayer.touch
-    monkeypatch.setattr(jobs.Group, "command", command)
+    usual, usual_touch = jobs.Group.measure, GripLayer.touch
+    monkeypatch.setattr(jobs.Group, "measure", measure)
     monkeypatch.setattr(GripLayer, "touch", touch)
     monkeypatch.setattr(DataGlove, "reading", reading)
     monkeypatch.setattr(Sensors, "finger_forces", lambda self, values: [next(ticks)])

@@ -136,7 +136,7 @@ def lost(rise=0.0, palm=0.1, lift=0.1):
     """
     due = Commands.together([lifted(-np.inf), lifted(palm)]).due_to_rise(lift)
     made = ending(due, height=[0.5, 0.3 + rise], first=[0.5, 0.3])
-    runs._Runs.end_lost(made, 50)
+    runs.Runs.end_lost(made, 50)
     assert not made.lost[0]
     assert made.ends.tolist() == [61, 51 if made.lost[1] else 61]
     assert made.end == 61
@@ -164,7 +164,7 @@ def ending(due, height, first, ends=(61, 61)):
 
 def test_all_end_with_the_last_that_is_lost_and_none_ends_twice():
     made = ending(np.ones((61, 2), dtype=bool), [0.0, 0.0], [0.0, 0.0], ends=(40, 61))
-    runs._Runs.end_lost(made, 50)
+    runs.Runs.end_lost(made, 50)
     assert made.lost.tolist() == [False, True]
     assert made.ends.tolist() == [40, 51]
     assert made.end == 51
@@ -234,3 +234,17 @@ def test_a_run_that_is_lost_between_checks_has_not_diverged(made, monkeypatch, a
     assert told is unstable
     assert n == {10: 11, 49: 1, 60: 51}[at]
     assert asked == [TASK.rule.lift]
+
+
+def test_one_has_diverged_as_it_has_among_several():
+    rng = np.random.default_rng(3)
+    found = []
+    for _ in range(200):
+        qvel, warnings = rng.normal(0.0, 150.0, 8), np.zeros(7, dtype=np.int32)
+        if rng.uniform() < 0.2:
+            qvel[rng.integers(8)] = rng.choice([np.nan, np.inf, -np.inf, runs.MAX_SPEED])
+        if rng.uniform() < 0.3:
+            warnings[rng.integers(7)] = 1
+        found.append(runs.has_diverged(qvel, warnings))
+        assert found[-1] == runs.diverged(qvel, warnings)
+    assert 20 < sum(found) < 180

@@ -154,6 +154,23 @@ def test_where_the_object_was_held_stays_when_it_moves_on(touching):
     np.testing.assert_array_equal(held, before)
 
 
+def test_numbers_for_loops_are_those_of_arrays(touching):
+    sensors, several = Sensors(touching.hand.model), 0
+    for seed in range(30):
+        pushed_into(touching, seed)
+        values = sensed(touching)
+        force, press = sensors.touching(values[0])
+        touch, _ = sensors.contacts(values)
+        np.testing.assert_allclose(force, touch.force[0], rtol=1e-12)
+        np.testing.assert_allclose(press, touch.press[0], rtol=1e-12, atol=1e-12)
+        several += sum(each > 0 for each in force) > 1
+        poses = sensors.posed(values[0])
+        for name, value in sensors.poses(values).items():
+            assert poses[name] == value[0].tolist(), name
+        assert len(poses) == 8
+    assert several > 1
+
+
 @pytest.mark.parametrize("depth", [-0.001, 0.0005, 0.002, 0.008, 0.020])
 def test_what_the_hand_presses_on_the_table_is_the_sum_of_its_contacts(click, depth):
     """At 20 mm what presses the hardest is not what overlaps the most."""

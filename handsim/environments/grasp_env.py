@@ -1,0 +1,237 @@
+"""The environment ``handsim/Grasp-v0``."""
+
+from dataclasses import asdict, replace
+from typing import Any, ClassVar, get_args
+
+import gymnasium
+
+from handsim.environments.asked import ControllerAsked, HandAsked, grasped, hand_asked
+from handsim.environments.entries import (
+    ActionKind,
+    action_entry,
+    box_of,
+    checked_action,
+    dict_of,
+    observation_entries,
+)
+from handsim.environments.episode import Episode
+from handsim.environments.observing import Observer
+from handsim.environments.painting import Painter
+from handsim.environments.rewards import PARTS, SUCCESS, DenseReward
+from handsim.errors import InputError, UnknownNameError
+from handsim.grasping.conditions import Conditions, Hard, made_hard, perturb
+from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.glove import RATE
+from handsim.grasping.rollout.record import Rollout
+from handsim.tasks.task import Task
+from handsim.types import Array, Base, Frame
+from handsim.viewing.film.offscreen import View
+
+RENDER_MODES = ("rgb_array",)
+_OPTIONS = ("perturbed", "hard")
+
+
+class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
+    """A grasp of `handsim grasp`, whose fingers a policy commands a hundred times a second.
+
+    Scene, arm, glove, schedule, perturbations and rules are those of `handsim grasp`. The palm goes
+    where the plan says, and from touch on fingers hold with a force as there, except where the
+    policy tells joint targets.
+
+    A run has as many steps as the task's schedule has readings. At its end the rules of the task
+    judge it: ``terminated`` is then True, because the verdict is there, and ``truncated`` is too,
+    because the task's time is over. Where the simulation diverges ``terminated`` alone is True; so
+    it is with ``brief`` where the object is lost. ``info`` then has ``is_success``, ``reason`` (of
+    failure, or empty) and ``outcome``, with all that `handsim grasp --json` says of a run;
+    `rollout` is its record.
+
+    The reward is that of `DenseReward`, and `SUCCESS` where the run succeeds.
+
+    Parameters
+    ----------
+    task
+        One of the 24 tasks by its name, or a task.
+    hand
+        A size, a side, or names of `handsim hands`: ``"left"``, ``"woman-5"``, ``"man-95 left"``.
+    action
+        ``components``: velocities in the controller's principal components; ``joints``: targets of
+        the 22 joints, which go straight to the actuators. `action_meaning` says all of it.
+    base
+        What carries the hand: the person's ``arm``, or a ``free`` base.
+    controller
+        In whose components actions and observations are, and whose plans are used: a controller or
+        its file; by default the built-in one.
+    plan
+        Where the palm goes; by default that of `handsim grasp`. One that is not known is searched,
+        which takes a minute or more.
+    perturbed
+        Whether runs are perturbed as trials of `handsim grasp` are.
+    brief
+        End a run as soon as its object is lost. The reason is then told by what there is of it.
+    render_mode
+        ``rgb_array``, or None for none.
+    camera, width, height
+        Of pictures, as of `handsim.render`.
+
+    Attributes
+    ----------
+    action_meaning, observation_meaning
+        Names, units, frames and bounds of every entry.
+    grasped
+        Task, nominal conditions, controller and plan.
+    scene
+        Of the latest run; None before the first.
+    rollout
+        The record of the run that has ended last; None before the first has.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such task, hand or kind of action.
+    InputError
+        If the hand is a file, or a size cannot be built or drawn.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
+        "render_modes": list(RENDER_MODES),
+        "render_fps": round(RATE),
+    }
+
+    def __init__(
+        self,
+        task: Task | str = "cube-raise",
+        hand: HandAsked = None,
+        action: ActionKind = "components",
+        *,
+        base: Base = "arm",
+        controller: ControllerAsked = None,
+        plan: GraspPlan | None = None,
+        perturbed: bool = False,
+        brief: bool = False,
+        render_mode: str | None = None,
+        camera: str = "view",
+        width: int = 640,
+        height: int = 480,
+    ) -> None:
+        if render_mode not in (None, *RENDER_MODES):
+            raise InputError(f"render_mode '{render_mode}' is not known; give rgb_array or None")
+        self.render_mode = render_mode
+        self._kind: ActionKind = action
+        action_entry(action, 1)  # before a plan is searched
+        conditions = Conditions(hand=hand_asked(hand), base=base)
+        self._painter = Painter(View(camera, width, height))
+        self.grasped = known = grasped(task, conditions, controller, plan)
+        self._perturbed, self._brief = perturbed, brief
+        self.task = known.task.for_side(conditions.hand.side)
+        self.schedule = schedule_for(self.task)
+        self._goal = known.plan.goal_in(known.controller.subspace)
+        self.action_meaning = action_entry(action, len(self._goal))
+        self.observation_meaning = observation_entries(len(self._goal), self.schedule.end)
+        self.action_space = box_of(self.action_meaning)
+        self.observation_space = dict_of(self.observation_meaning)
+        self._reward = DenseReward(self.task, known.need)
+        self.scene: Scene | None = None
+        self.rollout: Rollout | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
+        """Begin a run.
+
+        Parameters
+        ----------
+        seed
+            Of the glove's noise and of the perturbations, as of `handsim grasp`: the same seed is
+            the same trial, to the bit. None draws one.
+        options
+            ``perturbed``: whether this run is perturbed; ``hard``: the one thing in which it is,
+            and hard, as by ``--hard``.
+
+        Returns
+        -------
+        observation, info
+            ``info["trial"]`` says the conditions of the run, the seed among them.
+        """
+        super().reset(seed=seed)
+        conditions = self._conditions(
+            int(self.np_random.integers(2**31)) if seed is None else seed, options or {}
+        )
+        known = self.grasped
+        scene = self._scene_for(conditions)
+        self._episode = Episode(scene, known.plan, known.controller, self._kind, brief=self._brief)
+        self._observer.begin(self._episode)
+        self._seen, _ = self._observer.look(self._episode)
+        return self._seen, {"trial": conditions.as_dict()}
+
+    def step(self, action: Array) -> tuple[dict[str, Array], float, bool, bool, dict[str, Any]]:
+        """Command by an action and go on by a hundredth of a second.
+
+        Raises
+        ------
+        InputError
+            If the action has another size or a number is not finite, or if the run has ended.
+        """
+        episode = self._episode
+        if episode.over:
+            raise InputError("the run has ended; reset the environment before the next step")
+        episode.step(checked_action(action, self.action_meaning.size))
+        if episode.unstable:  # there is nothing sound to see
+            seen = {name: value.copy() for name, value in self._seen.items()}
+            parts = dict.fromkeys(PARTS, 0.0)
+        else:
+            seen, felt = self._observer.look(episode)
+            parts = self._reward.parts(felt)
+        self._seen = seen
+        reward = sum(parts.values()) / (len(PARTS) * episode.n_readings)
+        info: dict[str, Any] = {**parts}
+        if not episode.over:
+            return seen, reward, False, False, info
+        self.rollout = rollout = episode.record()
+        outcome = rollout.outcome
+        info |= {
+            "is_success": outcome.success,
+            "reason": outcome.reason or "",
+            "outcome": asdict(outcome),
+        }
+        reward += SUCCESS * outcome.success
+        return seen, reward, True, len(rollout.time) == episode.n_readings, info
+
+    def render(self) -> Frame | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Return a picture of the run as it stands, (height, width, 3); None without a mode."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() draws nothing; make it with render_mode='rgb_array'")
+            return None
+        episode = self._episode
+        return self._painter.paint(episode.scene.model, episode.qpos, episode.time)
+
+    def close(self) -> None:
+        """Free what pictures need."""
+        self._painter.close()
+
+    def _conditions(self, seed: int, options: dict[str, Any]) -> Conditions:
+        """Return the conditions of a run."""
+        for name in options:
+            if name not in _OPTIONS:
+                raise UnknownNameError("option of reset", name, _OPTIONS)
+        nominal, hard = self.grasped.conditions, options.get("hard")
+        if hard is not None:
+            if hard not in get_args(Hard):
+                raise UnknownNameError("hard trial", str(hard), get_args(Hard))
+            return made_hard(nominal, seed, hard)
+        if options.get("perturbed", self._perturbed):
+            return perturb(nominal, seed)
+        return replace(nominal, seed=seed)
+
+    def _scene_for(self, conditions: Conditions) -> Scene:
+        """Return the scene of a run: that of the one before, if it was built alike."""
+        built_for = replace(conditions, seed=0, nominal=True, shake=0.0)  # these leave it as it is
+        if self.scene is None or self._built_for != built_for:
+            scene, self._built_for = Scene.build(self.grasped.task, conditions), built_for
+            self._observer = Observer(
+                scene, self.observation_meaning, self._goal, self.grasped.need
+            )
+        else:
+            scene = replace(self.scene, conditions=conditions)
+        self.scene = scene
+        return scene

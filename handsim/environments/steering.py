@@ -1,0 +1,149 @@
+"""Drivers that go where a policy says: by velocities in the subspace, or by joint targets."""
+
+import numpy as np
+
+from handsim.environments.entries import SPEED, ActionKind, targets_of
+from handsim.grasping.plan import GraspPlan, Schedule, ramp
+from handsim.grasping.rollout.drivers import LearnedDriver
+from handsim.joints import N_JOINTS, clip_to_range
+from handsim.learning.controller import GraspController
+from handsim.types import Array
+
+
+class AskedVelocity:
+    """Timing of a closed loop in which somebody else says the velocity.
+
+    Attributes
+    ----------
+    value : (n_components,) [rad/s]
+    """
+
+    def __init__(self, n_components: int) -> None:
+        self.value = np.zeros(n_components)
+
+    def velocities(self, z: Array, time: float) -> Array:
+        """Return the velocity for each of the points z (N, n_components)."""
+        return np.tile(self.value, (len(z), 1))
+
+
+class SteeredDriver:
+    """Goes on through the whole run as a policy says; what is asked of a driver else is the plan's.
+
+    Parameters
+    ----------
+    controller, plan
+    lead : (22,) [s]
+        As of `LearnedDriver`.
+    schedule
+        Of the task.
+
+    Attributes
+    ----------
+    name
+        Of the driver in a rollout.
+    reach
+        Never over [s]: a policy is asked at every reading.
+    """
+
+    name = "policy"
+
+    def __init__(
+        self, controller: GraspController, plan: GraspPlan, lead: Array, schedule: Schedule
+    ) -> None:
+        z_start, z_goal = (
+            controller.subspace.transform(plan.q_start),
+            plan.goal_in(controller.subspace),
+        )
+        self.reach = schedule.end + 1.0
+        self._schedule = schedule
+        self._asked = AskedVelocity(len(z_goal))
+        self._led = LearnedDriver(controller, z_start, z_goal, self._asked, lead, schedule.reach)
+        low, high = controller.reach
+        self._low, self._high = np.minimum(low, z_start), np.maximum(high, z_start)
+
+    @property
+    def destination(self) -> Array:
+        """Posture of the planned destination (22,) [rad]."""
+        return self._led.destination
+
+    def start(self, n: int) -> Array:
+        """Return the start of the planned movement, (n, n_components) [rad]."""
+        return self._led.start(n)
+
+    def coordinates(self, readings: Array) -> Array:
+        """Return readings in the subspace, (n, n_components) [rad]."""
+        return self._led.coordinates(readings)
+
+    def arrived(self, reading: Array) -> bool:
+        """Whether a reading is at the planned destination, as for the controller."""
+        return self._led.arrived(reading)
+
+    def reaching(self, time: float) -> bool:
+        """Whether the reach is going on at a time [s]."""
+        return time <= self._schedule.reach
+
+
+class VelocityDriver(SteeredDriver):
+    """Moves the hand in the subspace with the velocity that it is given.
+
+    In the reach it does what `LearnedDriver` does, with another velocity: the point in the subspace
+    is drawn a little to each reading, and the targets lead. When the reach is over the targets go
+    over to the point's posture as the hand squeezes. The point stays where destinations may lie.
+    """
+
+    def give(self, action: Array) -> None:
+        """Take the next velocity, (n_components,) in `SPEED`."""
+        self._asked.value = SPEED * action
+
+    def point(self, time: float, reference: Array, readings: Array) -> Array:
+        """Return where the hand is meant to be at a reading, (n, n_components) [rad]."""
+        return self._led.drawn(reference, readings) if self.reaching(time) else reference
+
+    def step(
+        self, time: float, dt: float, reference: Array, readings: Array
+    ) -> tuple[Array, Array]:
+        """Return targets (n, 22) [rad] and the next point."""
+        if self.reaching(time):
+            targets, following = self._led.step(time, dt, reference, readings)
+            self._last = targets
+        else:
+            schedule, following = self._schedule, reference + dt * self._asked.value
+            posture = clip_to_range(self._led.controller.subspace.inverse_transform(reference))
+            targets = posture
+            if time < schedule.action_start:
+                closed = ramp(time, schedule.squeeze_start, schedule.squeeze)
+                targets = self._last + closed * (posture - self._last)
+        return targets, np.minimum(np.maximum(following, self._low), self._high)
+
+
+class TargetDriver(SteeredDriver):
+    """Tells the joint targets that it is given."""
+
+    def give(self, action: Array) -> None:
+        """Take the next targets, (22,) from -1 to 1 within the joints' ranges."""
+        self._targets = targets_of(action)
+
+    def point(self, time: float, reference: Array, readings: Array) -> Array:
+        """Return the readings in the subspace, (n, n_components) [rad]."""
+        return self.coordinates(readings)
+
+    def step(
+        self, time: float, dt: float, reference: Array, readings: Array
+    ) -> tuple[Array, Array]:
+        """Return the targets (1, 22) [rad]; readings do not count."""
+        return self._targets.reshape(1, N_JOINTS), reference
+
+
+Steered = VelocityDriver | TargetDriver
+
+
+def steered_driver(
+    kind: ActionKind,
+    controller: GraspController,
+    plan: GraspPlan,
+    lead: Array,
+    schedule: Schedule,
+) -> Steered:
+    """Return the driver for a kind of action; the parameters are those of `SteeredDriver`."""
+    made = VelocityDriver if kind == "components" else TargetDriver
+    return made(controller, plan, lead, schedule)
