@@ -259,3 +259,19 @@ def test_keys_tell_all_tasks_apart_and_fit_the_plans_that_are_shipped():
     assert len({each.object for each in keys.values()}) == len({t.object_name for t in TASKS})
     assert len({each.hand for each in keys.values()}) == 1
     assert {name: entries[name].key for name in keys} == keys
+
+
+def test_the_scissors_of_a_left_hand_are_other_scissors_and_its_cube_is_the_same():
+    """What is mirrored is an object, not a task: no plan of the others has to be made again."""
+    scissors, left = task_by_name("scissors-move"), Conditions(hand=HandSize(side="left"))
+    parts = key(scissors).differs_in(key(scissors, left))
+    assert {"object", "task", "hand"} <= set(parts)
+    assert plan_key.task_content(replace(scissors, mirrored=True)) == plan_key.task_content(
+        scissors
+    )
+    assert key(TASK, left).object == key(TASK).object
+
+
+def test_where_a_free_hand_begins_does_not_count(free):
+    elsewhere = key(task_by_name("cup-drink"), FREE)
+    assert elsewhere.hand == free.hand
