@@ -40,7 +40,13 @@ def fraction_done(label: str) -> "Generator[Progress, None, None]":
     """Give a function that says the fraction done: by a bar, or by lines where none can be drawn.
 
     Work that does not know how far it is need not call it: then the time so far is shown alone.
+    Processes that work for another say nothing: that one does, and has the terminal.
     """
+    from multiprocessing import parent_process
+
+    if parent_process() is not None:
+        yield lambda fraction: None
+        return
     # A bar puts something else in place of standard error, which is no terminal.
     shown = _bar(label) if _bars or sys.stderr.isatty() else _lines(label)
     with shown as tell:

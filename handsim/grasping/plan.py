@@ -14,6 +14,11 @@ from handsim.tasks.task import Step, Task
 from handsim.types import Array
 
 
+_SCALAR_LAST, _SCALAR_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]
+"""Quaternions as SciPy has them, and as they are here: SciPy takes twice as long to exchange them,
+and fits make tens of thousands of poses."""
+
+
 @dataclass(frozen=True)
 class Pose:
     """A position [m] and an orientation (w, x, y, z) of one frame in another."""
@@ -24,12 +29,12 @@ class Pose:
     @property
     def rotation(self) -> Rotation:
         """The orientation."""
-        return Rotation.from_quat(self.quat, scalar_first=True)
+        return Rotation.from_quat(self.quat[_SCALAR_LAST])
 
     def moved(self, offset: Array, turn: Rotation | None = None) -> "Pose":
         """Return the pose displaced by ``offset`` and turned in place, both in the outer frame."""
         rotation = self.rotation if turn is None else turn * self.rotation
-        return Pose(self.pos + offset, rotation.as_quat(scalar_first=True))
+        return Pose(self.pos + offset, rotation.as_quat()[_SCALAR_FIRST])
 
     def __matmul__(self, inner: "Pose") -> "Pose":
         """Chain two poses: ``inner`` is given in this one's frame."""

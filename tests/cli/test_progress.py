@@ -149,6 +149,18 @@ def test_of_work_within_work_the_innermost_has_the_bar(monkeypatch, capsys) -> N
     assert "inner" in capsys.readouterr().err
 
 
+def test_a_process_that_works_for_another_says_nothing(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(waiting, "LONGEST_SILENCE", 0.05)
+    monkeypatch.setattr("multiprocessing.parent_process", lambda: "the one with the terminal")
+    waiting.heard()
+    for terminal in (False, True):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal, raising=False)  # noqa: B023
+        with fraction_done("planning") as done:
+            done(0.5)
+            time.sleep(0.2)
+    assert capsys.readouterr().err == ""
+
+
 def test_planning_says_how_far_it_is(run, tmp_path, monkeypatch) -> None:
     def slowly(controller, task, conditions, known=None, *, others, seed, progress):
         progress(0.25)

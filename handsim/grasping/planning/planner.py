@@ -58,8 +58,7 @@ NEAR = Effort(generations=6, spread=0.5)
 """Of a search where plans of other hands are known: what it finds, it finds soon and near."""
 SEARCHES = 3
 """Largest number of starts that are searched from, until a nominal run holds."""
-N_NEAR = 2
-"""The same where plans of other hands are known."""
+N_NEAR = 2  # the same where plans of other hands are known
 SEEDS = SEARCHES + 1
 """Seeds that `plan_grasp` may use: one for each search, and one for the full hold time."""
 N_PERTURBED = 2
@@ -90,8 +89,7 @@ EDGE = 0.08
 layer in which beta falls to zero."""
 NOMINAL_FAILS = 1 + WORST
 """Least mean cost of a plan whose nominal run fails (`search.robust_cost`)."""
-NO_WAY = 10.0
-"""Cost of a destination that the navigation function cannot lead to."""
+NO_WAY = 10.0  # cost of a destination that the navigation function cannot lead to
 STEPS = {
     "z": np.deg2rad(8.0), "shift": 0.008, "turn": np.deg2rad(7.0),
     "squeeze": 0.25, "arrive": 0.08, "grip": 0.25,
@@ -134,7 +132,7 @@ def plan_grasp(
     seed
         First of the `SEEDS` seeds that the search may use.
     progress
-        Called with the fraction done, of the work that is ahead at most.
+        Called with the fraction done, as far as can be told (`search.Estimate`).
 
     Returns
     -------
@@ -144,7 +142,7 @@ def plan_grasp(
     effort, n_searches = (NEAR, N_NEAR) if others else (Effort(generations), SEARCHES)
     estimate = Estimate(progress)
     search = _Search(controller, shortened(task), conditions, estimate)
-    estimate.expect(len(others or (known,)) + N_STARTS + n_searches * effort.most)
+    estimate.expect(len(others or (known,)), effort.most)
     found = Found(
         search.confirmed,
         search.from_start,
@@ -156,11 +154,12 @@ def plan_grasp(
         if (kept := found.kept(ENOUGH)) is not None:
             return kept
     if others:
+        estimate.expect(effort.most, N_STARTS + effort.most)
         found.search_from(found.ranked()[0], effort, seed)
         if (kept := found.kept(FAIR)) is not None:
             return kept
     n_known = len(found.starts)
-    estimate.expect(N_STARTS + (n_searches - len(found.searched)) * effort.most)
+    estimate.expect(N_STARTS, effort.most)
     for plan in search.starts():
         found.add(plan, search.cost(plan))
     if (best := found.ranked()[0]) >= n_known:
@@ -169,7 +168,8 @@ def plan_grasp(
         if len(found.searched) == n_searches or found.best[0] >= ENOUGH:
             break
         if start not in found.searched:
-            estimate.expect((n_searches - len(found.searched)) * effort.most)
+            further = (n_searches - len(found.searched) - 1) * effort.most
+            estimate.expect(effort.most, further)
             found.search_from(start, effort, seed)
     held, plan = found.best
     run = found.whole(plan)

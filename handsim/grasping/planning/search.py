@@ -107,9 +107,9 @@ class Effort:
 
 
 class Estimate:
-    """Says how far a search is, by the plans that were run and those that may have to be.
+    """Says how far a search is, by the plans that were run and those that are ahead.
 
-    A search may end early, so that this is what it takes at most.
+    What may have to be done counts by half: most often a search ends early, seldom late.
 
     Parameters
     ----------
@@ -120,9 +120,9 @@ class Estimate:
     def __init__(self, tell: Progress | None) -> None:
         self._tell, self._done, self._ahead = tell, 0, 0
 
-    def expect(self, most: int) -> None:
-        """Say how many plans have to be run from now on at most."""
-        self._ahead = most
+    def expect(self, now: int, perhaps: int = 0) -> None:
+        """Say how many plans are run now at most, and how many more perhaps after that."""
+        self._ahead = now + perhaps // 2
 
     def step(self) -> None:
         """Note that a plan was run."""

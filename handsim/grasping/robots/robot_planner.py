@@ -162,7 +162,7 @@ def plan_robot_grasp(
     seed
         Of the first search; what does not hold in its whole task is where another one begins.
     progress
-        Called with the fraction done, of the work that is ahead at most.
+        Called with the fraction done, as far as can be told (`search.Estimate`).
     """
     robot = grasps.retargeter.robot
     tried = tried_conditions(conditions, N_PERTURBED)

@@ -204,7 +204,8 @@ def test_the_last_bits_of_a_compiled_scene_do_not_count(usual):
     model, generator = scene.hand.model, np.random.default_rng(0)
     names = (*(f"body_{n}" for n in ("mass", "inertia", "ipos", "pos", "quat")), "site_pos",
              "jnt_axis", "jnt_range", "dof_damping", "geom_size", "geom_pos", "geom_quat",
-             "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange")  # fmt: skip
+             "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange",
+             "geom_friction", "geom_solref", "geom_solimp")  # fmt: skip
     changed = 0
     for name in names:
         array = getattr(model, name)
@@ -237,7 +238,7 @@ def test_a_perturbed_run_goes_by_the_plan_of_the_usual_one(side, base, monkeypat
     plan_key._usual_key.cache_clear()
     usual = Scene.build(TASK, replace(conditions, seed=9))
     assert key_for(TASK, replace(conditions, seed=9), usual) == expected
-    off = replace(conditions, bias=0.05, drift=0.01, latency=0.05, lost=0.1)
+    off = replace(conditions, bias=0.05, drift=0.01, latency=0.05, lost=0.1, shake=2.0)
     assert key_for(TASK, off, usual) == expected
 
 
@@ -259,3 +260,19 @@ def test_keys_tell_all_tasks_apart_and_fit_the_plans_that_are_shipped():
     assert len({each.object for each in keys.values()}) == len({t.object_name for t in TASKS})
     assert len({each.hand for each in keys.values()}) == 1
     assert {name: entries[name].key for name in keys} == keys
+
+
+def test_the_scissors_of_a_left_hand_are_other_scissors_and_its_cube_is_the_same():
+    """What is mirrored is an object, not a task: no plan of the others has to be made again."""
+    scissors, left = task_by_name("scissors-move"), Conditions(hand=HandSize(side="left"))
+    parts = key(scissors).differs_in(key(scissors, left))
+    assert {"object", "task", "hand"} <= set(parts)
+    assert plan_key.task_content(replace(scissors, mirrored=True)) == plan_key.task_content(
+        scissors
+    )
+    assert key(TASK, left).object == key(TASK).object
+
+
+def test_where_a_free_hand_begins_does_not_count(free):
+    elsewhere = key(task_by_name("cup-drink"), FREE)
+    assert elsewhere.hand == free.hand

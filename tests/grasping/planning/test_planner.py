@@ -202,7 +202,7 @@ def test_a_plan_is_confirmed_by_its_share_of_runs_that_hold(search, monkeypatch)
     assert search.confirmed("plan", planner.NOMINAL_FAILS) == (0.0, "plan")
 
 
-def test_how_far_planning_is_counts_what_is_ahead_at_most(controller, monkeypatch):
+def test_how_far_planning_is_counts_what_is_ahead_and_half_of_what_may_be(controller, monkeypatch):
     """Twelve starts, then three searches of which the second finds enough."""
     told = []
 
@@ -237,7 +237,7 @@ def test_how_far_planning_is_counts_what_is_ahead_at_most(controller, monkeypatc
     )
     assert plan == "found 2"
     each = 1 + POPULATION * 2
-    starts = [n / (planner.N_STARTS + 3 * each) for n in (1, 2, 3, 4)]
-    first = [n / (4 + 3 * each) for n in (5, 6, 7)]
-    second = [n / (7 + 2 * each) for n in (8, 9, 10)]
+    starts = [n / (planner.N_STARTS + each // 2) for n in (1, 2, 3, 4)]
+    first = [n / (4 + 2 * each) for n in (5, 6, 7)]
+    second = [n / (7 + each + each // 2) for n in (8, 9, 10)]
     assert told == pytest.approx([*starts, *first, *second])

@@ -10,8 +10,11 @@ from handsim.grasping.planning.demonstrator import scripted_plan
 from handsim.grasping.planning.search import (
     BROKEN,
     NO_ARM,
+    POPULATION,
     WIDE,
     WORST,
+    Effort,
+    Estimate,
     cost_of,
     minimise,
     out_of_reach,
@@ -348,3 +351,18 @@ def test_of_equals_the_first_met_is_kept():
     points, (_, where) = evaluated(lambda x: 1.0, generations=1)
     assert len(points) == 9
     assert not where.any()
+
+
+def test_an_estimate_counts_what_may_be_ahead_by_half_and_never_passes_the_end():
+    told: list[float] = []
+    estimate = Estimate(told.append)
+    estimate.expect(2, 4)
+    for _ in range(2):
+        estimate.step()
+    estimate.expect(2)
+    for _ in range(3):  # one more than was expected
+        estimate.step()
+    assert told == [1 / 4, 2 / 4, 3 / 4, 1.0, 1.0]
+    silent = Estimate(None)
+    silent.step()
+    assert Effort(3).most == 1 + 3 * POPULATION

@@ -39,6 +39,21 @@ def test_centres_hold_where_the_straight_continuation_would_be_at_the_end() -> N
     np.testing.assert_allclose(cell.centres()[[0, 3]], at_ends, atol=1e-12)
 
 
+def test_centres_are_the_coefficients_of_that_on_each_cell() -> None:
+    """On a cell it is the sum of the four by Bernstein's polynomials."""
+    u = np.linspace(0.0, 1.0, 9)
+    weights = np.stack([(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u * u * (1 - u), u**3], axis=1)
+    for cell, four in enumerate(CURVE.centres().reshape(4, CURVE.n_cells, 3).swapaxes(0, 1)):
+        s = (cell + u) / CURVE.n_cells
+        continued = CURVE.at(s) + (1 - s)[:, None] * CURVE.slope(s)
+        np.testing.assert_allclose(weights @ four, continued, atol=1e-12)
+
+
+def test_it_ends_at_its_points_to_the_bit() -> None:
+    for points in (POINTS, POINTS[1:] / 3.0, POINTS[:2] / 7.0):
+        np.testing.assert_array_equal(Curve(points).at(np.array([0.0, 1.0])), points[[0, -1]])
+
+
 def test_points_that_rise_make_a_curve_that_rises() -> None:
     rising = Curve(np.array([0.0, 0.0, 0.7, 0.7, 1.0])[:, None])
     values = rising.at(np.linspace(0.0, 1.0, 500))[:, 0]
@@ -50,6 +65,8 @@ def test_single_parameters_give_what_many_give() -> None:
         point, slope = CURVE.jet(s)
         np.testing.assert_allclose(point, CURVE.at(np.array([s]))[0], atol=1e-13)
         np.testing.assert_allclose(slope, CURVE.slope(np.array([s]))[0], atol=1e-12)
+    for beyond, end in ((-0.2, 0.0), (1.2, 1.0)):  # rounding, which is taken for the end
+        np.testing.assert_array_equal(CURVE.jet(beyond), CURVE.jet(end))
 
 
 def test_a_curve_of_one_number_gives_the_same_bits_as_one_of_vectors() -> None:
