@@ -51,8 +51,9 @@ ROOMS = (
     "learning.transport", "driving", "hand", "arm", "objects", "objects.meshes", "tasks",
     "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
-    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "viewing", "viewing.film",
-    "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.listing", "cli.recordings",
+    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "testing", "viewing",
+    "viewing.film", "viewing.figures", "viewing.live", "viewing.opengl", "cli", "cli.listing",
+    "cli.recordings",
 )  # fmt: skip
 
 

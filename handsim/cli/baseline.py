@@ -114,16 +114,16 @@ def check(
         report, results = check_baseline(
             kept, learned, source, conditions, tolerances, ignore_inputs, done
         )
-    if html is not None:
-        from handsim.baseline.html_page import write_page
-
-        write_page(html, kept, results, report)
     if json:
         say_json(report.as_dict())
     else:
         say(report.as_text(details=details))
         if not details and report.as_text() != report.as_text(details=True):
             note("--details lists each finding")
+    if html is not None:
+        from handsim.baseline.html_page import write_page
+
+        write_page(html, kept, results, report)
     if update is not None:
         for fault in not_numbers(results):
             note(f"handsim: {fault}; {path} stays as it was")

@@ -11,8 +11,8 @@ from handsim.baseline.store import write_baseline
 from handsim.baseline.tolerances import Tolerances
 from handsim.errors import InputError
 from handsim.learning.learn import learn_controller
-from handsim.pytest_fixture import page_name
 from handsim.testing import assert_as_baseline
+from handsim.testing.fixture import page_name
 
 TESTS = """
 import pytest
@@ -42,7 +42,7 @@ def folder(recordings, tmp_path_factory):
 
 def suite(folder: Path, *options: str) -> str:
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "no:handsim",
-               "-p", "handsim.pytest_fixture", "--import-mode=importlib", *options]  # fmt: skip
+               "-p", "handsim.testing.fixture", "--import-mode=importlib", *options]  # fmt: skip
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     return done.stdout + done.stderr
 

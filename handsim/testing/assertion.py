@@ -1,18 +1,4 @@
-"""Baselines in the test suites of users.
-
-One line keeps a controller as it is::
-
-    from handsim import GraspController
-    from handsim.testing import assert_as_baseline
-
-    def test_the_controller_does_what_it_did():
-        assert_as_baseline(GraspController.load("controller.npz"), "baseline.npz")
-
-The baseline is what ``handsim baseline record baseline.npz --controller controller.npz`` wrote;
-``handsim baseline check --update REASON`` takes new answers for right. Options are named as on that
-command line. The fixture ``as_baseline`` (`handsim.pytest_fixture`) does the same, and keeps a page
-with curves where something moved.
-"""
+"""A controller does what its baseline says, as an assertion."""
 
 from pathlib import Path
 
