@@ -51,8 +51,8 @@ ROOMS = (
     "learning.transport", "driving", "hand", "arm", "objects", "objects.meshes", "tasks",
     "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
-    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "environments", "exports",
-    "exports.lerobot", "viewing", "viewing.film", "viewing.figures", "viewing.live",
+    "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "testing", "environments",
+    "exports", "exports.lerobot", "viewing", "viewing.film", "viewing.figures", "viewing.live",
     "viewing.opengl", "cli", "cli.exporting", "cli.listing", "cli.recordings",
 )  # fmt: skip
 

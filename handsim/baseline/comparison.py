@@ -8,6 +8,7 @@ from math import isfinite
 
 import numpy as np
 
+from handsim.baseline.causes import causes_of, changed_inputs, options_in_words
 from handsim.baseline.environment import Environment, differences
 from handsim.baseline.findings import GOOD, ORDER, Change, Finding, Report
 from handsim.baseline.inputs import SCHEMA_OF_INPUTS
@@ -44,7 +45,7 @@ def compare(
         Report changed inputs as notes and not as findings. A controller learned anew differs in
         all its numbers, and only its movements are of interest.
     notes
-        Further lines for the report.
+        Further lines for the report: what differs in version.
     """
     tolerances = tolerances or Tolerances()
     names = list(dict.fromkeys([*before.traces, *after.traces]))
@@ -55,6 +56,7 @@ def compare(
         findings += faults
         if not faults:
             changes.append(trace_change(name, before.traces[name], after.traces[name], tolerances))
+    versions = notes
     inputs = _input_findings(before.inputs, after.inputs)
     elsewhere = differences(*environments) if environments and not inputs else ()
     for change in changes:
@@ -64,7 +66,9 @@ def compare(
     else:
         findings += inputs
     findings.sort(key=lambda finding: (ORDER.index(finding.kind), -finding.harm, finding.name))
-    return Report(tuple(findings), tuple(changes), notes, len(names), environments)
+    others = (*versions, *(differences(*environments) if environments else ()))
+    causes = causes_of(findings, before.inputs, after.inputs, others)
+    return Report(tuple(findings), tuple(changes), notes, len(names), environments, causes)
 
 
 def unusable(trace: Trace) -> list[str]:
@@ -227,10 +231,21 @@ def _input_findings(before: Mapping[str, str], after: Mapping[str, str]) -> list
             continue
         text = "is new" if old is None else "is gone" if new is None else "changed"
         places.setdefault((group, text), []).append(place)
+    changed = changed_inputs(before, after)
+    options = options_in_words({n: b for n, b in changed.items() if n.startswith("controller/")})
     return [
-        Finding("input", group, " ".join([text, _listed(names)]).strip(), float(len(names)))
+        Finding(
+            "input",
+            group,
+            " ".join([text, _listed(names)]).strip()
+            + (f": {'; '.join(options)}" if options and (group, text) == _OPTIONS else ""),
+            float(len(names)),
+        )
         for (group, text), names in places.items()
     ]
+
+
+_OPTIONS = ("controller", "changed")
 
 
 def _listed(names: list[str], most: int = 6) -> str:

@@ -14,6 +14,8 @@ ORDER: tuple[Kind, ...] = (
 """Order of findings: first those that another environment explains, then the worst."""
 GOOD = ("held", "arrived")
 """Verdicts of a success."""
+MOST_LISTED = 3
+"""So many findings of one cause are listed; more are one line."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,8 @@ class Report:
         Number of different names of traces in the baseline and now.
     environments
         Of the baseline and of now, where they are known.
+    causes
+        What the findings follow from: text, and the findings, worst first.
     """
 
     findings: tuple[Finding, ...]
@@ -98,6 +102,7 @@ class Report:
     notes: tuple[str, ...]
     n_answers: int
     environments: tuple[Environment, Environment] | None = None
+    causes: tuple[tuple[str, tuple[Finding, ...]], ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -120,18 +125,38 @@ class Report:
                 "differences": list(self.differences),
             },
             "findings": [asdict(finding) for finding in self.findings],
+            "causes": [
+                {"cause": text, "findings": len(of_cause), "names": [f.name for f in of_cause]}
+                for text, of_cause in self.causes
+            ],
             "notes": list(self.notes),
             "answers": [asdict(change) | {"within": change.within} for change in self.changes],
         }
 
-    def as_text(self) -> str:
-        """Return lines for people: first how the environments differ, then the findings."""
+    def as_text(self, *, details: bool = False) -> str:
+        """Return lines for people: first how the environments differ, then the findings.
+
+        Parameters
+        ----------
+        details
+            Give each finding a line, however many follow from one cause.
+        """
         head = (
             f"{self.n_answers} answers as in the baseline"
             if self.ok
             else f"{len(self.findings)} findings in {self.n_answers} answers, worst first"
         )
         first = [f"environment: {difference}" for difference in self.differences]
-        width = max((len(finding.name) for finding in self.findings), default=0)
-        rows = [f"{f.kind:<11} {f.name:<{width}}  {f.text}" for f in self.findings]
-        return "\n".join([*first, head, *rows, *(f"note: {note}" for note in self.notes)])
+        many = [] if details else [each for each in self.causes if len(each[1]) > MOST_LISTED]
+        together = {finding for _, of_cause in many for finding in of_cause}
+        alone = [finding for finding in self.findings if finding not in together]
+        lines = [_in_one_line(text, of_cause) for text, of_cause in many]
+        width = max((len(finding.name) for finding in alone), default=0)
+        rows = [f"{f.kind:<11} {f.name:<{width}}  {f.text}" for f in alone]
+        return "\n".join([*first, head, *lines, *rows, *(f"note: {note}" for note in self.notes)])
+
+
+def _in_one_line(cause: str, findings: tuple[Finding, ...]) -> str:
+    """Return a cause, how much follows from it, and the worst of that."""
+    worst = next((finding for finding in findings if finding.kind != "input"), findings[0])
+    return f"{cause}: {len(findings)} findings, the worst {worst.kind} {worst.name} {worst.text}"

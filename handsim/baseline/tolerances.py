@@ -61,6 +61,24 @@ class Tolerances:
                 raise UnknownNameError("measure", name, tuple(MEASURES))
             _check(name, value)
 
+    @classmethod
+    def of(
+        cls, tolerance_deg: float | None = None, grasp_tolerance_deg: float | None = None
+    ) -> "Tolerances":
+        """Return those named as on the command line; None leaves the usual ones.
+
+        Parameters
+        ----------
+        tolerance_deg
+            Of movements, of the controller and of one learned again.
+        grasp_tolerance_deg
+            Of the joints in a grasp.
+        """
+        usual = cls()
+        moved = usual.replayed_deg if tolerance_deg is None else tolerance_deg
+        grasped = usual.simulated_deg if grasp_tolerance_deg is None else grasp_tolerance_deg
+        return cls(replayed_deg=moved, relearned_deg=moved, simulated_deg=grasped)
+
     def of_answer(self, name: str) -> float:
         """Return the limit of the joints of a trace, by its name [deg]."""
         kind = name.partition("/")[0]

@@ -1,12 +1,14 @@
 """The ``handsim`` command.
 
 Standard output carries results only: tables, or one JSON object with ``--json``. Progress and
-errors go to standard error. Exit codes: 0 done, 1 a check did not hold, 2 bad input.
+errors go to standard error. Exit codes: 0 done, 1 a check did not hold, 2 bad input, 130
+interrupted.
 """
 
 import os
 import sys
 from contextlib import suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -27,7 +29,7 @@ from handsim.cli.console import help_where_alone
 from handsim.cli.exporting.export_command import export
 from handsim.cli.listing import hand_list, machine, object_list, task_list
 from handsim.cli.recordings import importing as recordings
-from handsim.cli.waiting import heard
+from handsim.cli.waiting import heard, what_is_kept
 from handsim.disk import refused
 from handsim.errors import HandsimError
 
@@ -83,9 +85,14 @@ _UsageError: type[Exception] = next(
 )
 
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C."""
+
+
 def main() -> NoReturn:
     """Run the command line and exit with its code."""
     heard()
+    _show_any_name()
     try:
         code = app(prog_name="handsim", standalone_mode=False)
     except HandsimError as error:
@@ -93,7 +100,7 @@ def main() -> NoReturn:
     except _UsageError as error:
         sys.exit(_refuse(str(getattr(error, "format_message", error.__str__)())))
     except (typer.Abort, KeyboardInterrupt):
-        sys.exit(130)
+        code = INTERRUPTED
     except BrokenPipeError:
         sys.stderr.close()  # the reader of standard output has gone; nobody is left to tell
         sys.exit(0)
@@ -101,11 +108,24 @@ def main() -> NoReturn:
         named = isinstance(error.filename, str | os.PathLike)
         said = refused(Path(error.filename), error) if named else error.strerror or error
         sys.exit(_refuse(str(said)))
+    if code == INTERRUPTED:  # which typer makes of an interrupt itself
+        _tell(f"interrupted; {what_is_kept()}")
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _show_any_name() -> None:
+    """Let names be shown that the terminal's encoding cannot, by the numbers of their letters."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _refuse(message: str) -> int:
     """Say in one line what was wrong with the input."""
+    _tell(message)
+    return 2
+
+
+def _tell(message: str) -> None:
     with suppress(OSError):
         sys.stderr.write("handsim: " + " ".join(message.split()) + "\n")
-    return 2

@@ -75,6 +75,9 @@ def check(
         bool, typer.Option("--ignore-inputs", help="Judge by what it does; only note new inputs.")
     ] = False,
     html: Annotated[Path | None, typer.Option(help="Page with curves to write, .html.")] = None,
+    details: Annotated[
+        bool, typer.Option("--details", help="A line each, however many have one cause.")
+    ] = False,
     update: Annotated[
         str | None, typer.Option(help="Take the new answers for right, for this reason.")
     ] = None,
@@ -98,12 +101,7 @@ def check(
 
     if html is not None:
         writable(html, ".html")
-    default = Tolerances()
-    tolerances = Tolerances(
-        replayed_deg=default.replayed_deg if tolerance_deg is None else tolerance_deg,
-        relearned_deg=default.relearned_deg if tolerance_deg is None else tolerance_deg,
-        simulated_deg=default.simulated_deg if grasp_tolerance_deg is None else grasp_tolerance_deg,
-    )
+    tolerances = Tolerances.of(tolerance_deg, grasp_tolerance_deg)
     path = baseline or data_folder("assets") / "baseline.npz"
     kept = read_baseline(path)
     if update is not None:
@@ -116,14 +114,16 @@ def check(
         report, results = check_baseline(
             kept, learned, source, conditions, tolerances, ignore_inputs, done
         )
+    if json:
+        say_json(report.as_dict())
+    else:
+        say(report.as_text(details=details))
+        if not details and report.as_text() != report.as_text(details=True):
+            note("--details lists each finding")
     if html is not None:
         from handsim.baseline.html_page import write_page
 
         write_page(html, kept, results, report)
-    if json:
-        say_json(report.as_dict())
-    else:
-        say(report.as_text())
     if update is not None:
         for fault in not_numbers(results):
             note(f"handsim: {fault}; {path} stays as it was")

@@ -79,14 +79,14 @@ def drive(
     rule = DriverRule(used, smoothing, speed)
     driven = drive_postures(learned, rule, read.time, values, q_start, q_goal, read.q, thing)
     text = postures_text(driven.time, driven.q, {"progress": driven.progress, name: values})
-    if video is not None:
-        _film(driven, read, video)
-    write_text(output, text)
     summary = _summary(used, driven)
     if json:
         say_json(summary)
     else:
         _say(summary)
+    write_text(output, text)
+    if video is not None:
+        _film(driven, read, video)
     note(f"wrote {len(driven.time)} postures to {output}")
 
 

@@ -14,12 +14,11 @@ from handsim.cli.console import (
     check_gl,
     check_trials,
     note,
-    say,
     say_json,
-    say_table,
     writable_folder,
 )
 from handsim.cli.hand import person_beside, robot_as_dict, robot_grasper, robot_that_grasps
+from handsim.cli.listing.verdict_table import show_verdicts
 from handsim.cli.objects import (
     MassOption,
     PiecesOption,
@@ -31,12 +30,12 @@ from handsim.cli.objects import (
     grasp_as_dict,
     say_assumed,
 )
-from handsim.cli.waiting import fraction_done
+from handsim.cli.waiting import NOTHING, fraction_done, keeping
 
 if TYPE_CHECKING:
     from handsim.errors import FileError
     from handsim.grasping.conditions import Conditions
-    from handsim.grasping.judging.protocols import RunVerdict, TaskVerdict
+    from handsim.grasping.judging.protocols import RunVerdict
     from handsim.grasping.planning.grasper import ControllerGrasper, Grasper
     from handsim.grasping.rollout.record import Rollout
     from handsim.tasks.task import Task
@@ -150,20 +149,31 @@ def grasp(
     )
     unwritten: list[FileError] = []
     runs = _kept(judged, output, len(tasks) * (1 + trials), unwritten)
-    results = [
-        TaskVerdict(each, tuple(run for _, run in of_task))
-        for each, of_task in groupby(runs, key=lambda pair: pair[0])
-    ]
+    with keeping(_left_behind(controller, output)):
+        results = [
+            TaskVerdict(each, tuple(run for _, run in of_task))
+            for each, of_task in groupby(runs, key=lambda pair: pair[0])
+        ]
     if json and task != "all":
         say_json(results[0].as_dict() | said)
     elif json:
         say_json(summarise(results, perf_counter() - started) | said)
     else:
-        _show(results)
+        show_verdicts(results)
     if unwritten:
         raise unwritten[0]
     if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
+
+
+def _left_behind(controller: str | None, folder: Path | None) -> str:
+    """Return what an interrupt keeps: rollouts of the runs that ended, and plans that were made."""
+    from handsim.grasping.sweep.spec import DEMONSTRATOR
+
+    said = [] if folder is None else [f"rollouts of the runs that ended are in {folder}"]
+    if controller != DEMONSTRATOR:
+        said.append("plans made until then are kept, and the same command goes on with them")
+    return "; ".join(said) or NOTHING
 
 
 def _make(folder: Path | None) -> None:
@@ -287,57 +297,3 @@ def _kept(
                     unwritten.append(error)
             done(number / n_runs)
             yield task, run
-
-
-def _show(results: "list[TaskVerdict]") -> None:
-    if results[0].nominal.hard is None:
-        say_table(
-            ("task", "nominal", "lift [m]", "slip [mm]", "tilt [deg]", "hold [s]", "thumb [N]",
-             "need [N]", "table [N]", "trials"),
-            [_lift_row(result) for result in results],
-        )  # fmt: skip
-    else:
-        say_table(
-            ("task", "nominal", "hard", "shift [mm]", "turn [deg]", "epsilon", "trials"),
-            [_six_axis_row(result) for result in results],
-        )
-    held = sum(result.nominal.success for result in results)
-    say(f"{held} of {len(results)} tasks held")
-    for result in results:
-        if result.nominal.six_axis is None and result.nominal.outcome.detail:
-            note(f"{result.task.name}: {result.nominal.outcome.detail}")
-
-
-def _lift_row(result: "TaskVerdict") -> tuple[str, ...]:
-    outcome = result.nominal.outcome
-    return (
-        result.task.name,
-        outcome.reason or "held",
-        f"{outcome.lift_m:.3f}",
-        f"{1000 * outcome.peak_slip_m:.1f}",
-        f"{outcome.peak_tilt_deg:.1f}",
-        f"{outcome.hold_s:.2f}",
-        f"{outcome.forces_n.get('thumb', 0.0):.1f}",
-        f"{outcome.need_n:.1f}",
-        f"{outcome.table_force_n:.0f}",
-        _trials(result),
-    )
-
-
-def _six_axis_row(result: "TaskVerdict") -> tuple[str, ...]:
-    """Reason under both settings; the largest movements under the usual one."""
-    run = result.nominal
-    assert run.six_axis is not None and run.hard is not None
-    return (
-        result.task.name,
-        run.reason or "held",
-        run.hard.reason or "held",
-        f"{1000 * max(run.six_axis.shift_m):.1f}",
-        f"{max(run.six_axis.turn_deg):.1f}",
-        f"{run.epsilon:.3f}",
-        _trials(result),
-    )
-
-
-def _trials(result: "TaskVerdict") -> str:
-    return f"{result.successes} of {len(result.trials)}" if result.trials else ""

@@ -73,13 +73,13 @@ def inspect(
     kept = map_ is not None or proposal.exists()
     if not kept:
         writable(proposal)
-    write_image(picture, output)
     for line in robot.notes:
         note(line)
     say(f"{robot.side} hand, {len(robot.lower)} coordinates move {len(robot.joint_names)} joints")
     say(f"palm: {robot.frames.palm.name}")
     for finger, frame in robot.frames.fingertips.items():
         say(f"{finger}: {frame.name}")
+    write_image(picture, output)
     note(f"wrote {output}")
     if not kept:
         write_text(proposal, frames_as_toml(robot.frames))

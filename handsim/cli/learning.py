@@ -67,17 +67,19 @@ def learn(
             progress=progress,
             accept=accept or (),
         )
-    learned.controller.save(output)
     summary = learned.as_dict()
-    if json:
+    if json:  # said before it is written: a full disk does not take it away
         say_json(summary)
+        learned.controller.save(output)
         return
     note(
         f"learned from {summary['n_recordings']} recordings in {summary['seconds']:.2f} s: "
         f"{summary['n_components']} components explain "
         f"{100 * summary['variance_explained']:.1f} %, cost {summary['cost_start']:.4g} to "
-        f"{summary['cost_end']:.4g} in {summary['iterations']} iterations; wrote {output}"
+        f"{summary['cost_end']:.4g} in {summary['iterations']} iterations"
     )
+    learned.controller.save(output)
+    note(f"wrote {output}")
 
 
 def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:

@@ -66,12 +66,12 @@ def check(
 
     with fraction_done("reading"):
         own = read_object(file, mass=mass, scale=scale, up=up, pieces=pieces)
-    if output is not None:
-        _draw(own, output)
     if json:
         say_json(as_dict(own))
     else:
         _show(own)
+    if output is not None:
+        _draw(own, output)
 
 
 def as_dict(own: "OwnObject") -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import shlex
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ import typer
 
 from handsim.cli.console import Accept, ControllerFile, Folder, check_gl, note, writable
 from handsim.cli.waiting import fraction_done, progress
+from handsim.errors import MissingToolError
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -74,8 +76,11 @@ def view(
     from handsim.cli.defaults import controller_or_built_in
     from handsim.viewing.live import window
 
+    on_page = web or not window.has_display()
+    if on_page and find_spec("viser") is None:  # said before anything is computed
+        raise MissingToolError("the page needs viser; run: pip install 'handsim[viewer]'")
     learned = controller_or_built_in(controller)
-    if window.has_display() and not web:
+    if not on_page:
         window.show(learned, lambda name, hand: _known_plan(controller, name, hand), task)
         return
 

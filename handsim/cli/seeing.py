@@ -14,7 +14,7 @@ from handsim.cli.console import (
     writable,
     writable_folder,
 )
-from handsim.cli.waiting import fraction_done
+from handsim.cli.waiting import fraction_done, keeping
 
 if TYPE_CHECKING:
     from handsim.viewing.film.clips import Clip
@@ -86,7 +86,8 @@ def figures(
     from handsim.viewing.figures.paper_figures import make_figures
 
     output.mkdir(exist_ok=True)
-    with fraction_done("drawing") as progress:
+    kept = f"figures that were drawn until then are in {output}"
+    with keeping(kept), fraction_done("drawing") as progress:
         written = make_figures(learned, recordings, output, progress, pages=paper)
     pictures = [path for path in written if path != paper]
     note(f"wrote {len(pictures)} pictures to {output}{f', and {paper}' if paper else ''}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from handsim.cli.console import MAX_JOBS, JsonFlag, check_gl, note, say, say_json, writable
-from handsim.cli.waiting import fraction_done
+from handsim.cli.waiting import fraction_done, keeping
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -59,6 +59,7 @@ def sweep(
         key = sweeping.sweep_key(spec, sources)
     started = perf_counter()
     with (
+        keeping(f"the runs that ended are in {output}; the same command goes on with them"),
         _pool(jobs, dask) as pool,
         open_table(output, key, sweeping.COLUMNS, spec.n_runs) as table,
     ):

@@ -1,7 +1,8 @@
 """How far long work is: a bar with an estimate on a terminal, a line now and then elsewhere.
 
 Both go to standard error. What is to be told apart from silence is the whole process: a line is due
-when nothing has been said for a while, whoever said the last.
+when nothing has been said for a while, whoever said the last. What is kept where somebody does not
+want to wait any longer is said at the end.
 """
 
 import sys
@@ -21,6 +22,10 @@ T = TypeVar("T")
 LONGEST_SILENCE = 9.0
 """Time without a word after which a line says how far the work is, where there is no bar [s]."""
 
+NOTHING = "nothing was written, and nothing that was there is changed"
+"""What is kept of most commands that are interrupted: files are written as a whole, at the end."""
+
+_kept: list[str] = []
 _last = [perf_counter()]
 """When something was last said, or a command began."""
 _working: list[Event] = []
@@ -141,3 +146,21 @@ def _lines(label: str) -> "Generator[Progress, None, None]":
         ended.set()
         speaker.join()
         _working.remove(ended)
+
+
+@contextmanager
+def keeping(said: str) -> Generator[None, None, None]:
+    """While the block runs, an interrupt keeps what ``said`` says.
+
+    It stays so when the block is left by an exception, since that is when it is asked for.
+    """
+    _kept.append(said)
+    yield
+    _kept.remove(said)
+
+
+def what_is_kept() -> str:
+    """Return what is kept of the command that was just interrupted."""
+    said = "; ".join(dict.fromkeys(_kept)) or NOTHING
+    _kept.clear()
+    return said

@@ -65,7 +65,7 @@ def test_another_environment_is_said_first(run, files):
     assert third.startswith(f"environment {name}  a difference of environment: BLAS kernel Z80 in")
     code, out, _ = run("baseline", "check", path, "--controller", controller, "--json")
     said = json.loads(out)
-    assert set(said) == {"ok", "environment", "findings", "notes", "answers"}
+    assert set(said) == {"ok", "environment", "findings", "causes", "notes", "answers"}
     assert said["environment"]["before"]["blas_kernel"] == "Z80"
     assert len(said["environment"]["differences"]) == 1
     assert said["findings"][0]["kind"] == "environment"

@@ -56,14 +56,14 @@ def cut(
     given = () if times is None else read_times(times, recordings)
     with fraction_done("cutting") as progress:
         reaches = find_all(recordings, options, given, progress)
+    _say(reaches, json=json)
+    _note_doubtful(reaches, with_times=times is not None)
     with fraction_done("writing"):
         parts = cut_out(recordings, reaches, given)
         figure = None if plot is None else cutting_figure(recordings, reaches)
         write_recordings(parts, output)
         if figure is not None and plot is not None:
             save_picture(figure, plot)
-    _say(reaches, json=json)
-    _note_doubtful(reaches, with_times=times is not None)
     without = len(recordings) - len({reach.recording for reach in reaches})
     if without:
         note(f"no reach found in {without} of {len(recordings)} recordings")

@@ -129,6 +129,10 @@ def info(
     with fraction_done("reading") as progress:
         recordings = read_recordings(folder_or_built_in(folder), progress)
     summary = summarise(recordings)
+    if json:
+        say_json(summary)
+    else:
+        _say_summary(summary)
     if plot is not None:
         from handsim.viewing.figures.recordings_figure import recordings_figure
         from handsim.viewing.figures.style import save_picture
@@ -136,10 +140,6 @@ def info(
         with fraction_done("drawing"):
             save_picture(recordings_figure(recordings), plot)
         note(f"wrote {plot}")
-    if json:
-        say_json(summary)
-    else:
-        _say_summary(summary)
 
 
 def _say_summary(summary: dict[str, Any]) -> None:
