@@ -15,8 +15,8 @@ import pytest
 
 from handsim.joints import clip_to_range
 from handsim.types import Frame
-from handsim.viewing.film.clips import Clip, render_clips
 from handsim.viewing.film.camera import Camera
+from handsim.viewing.film.clips import Clip, render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.posture_clips import posture_clip
 from handsim.viewing.film.video import write_video

@@ -15,7 +15,7 @@ RADIUS = 1.0
 CENTRES = np.array([[-0.45, 0.15], [0.1, 0.5], [0.15, -0.4], [0.55, 0.05]])
 RADII = np.array([0.16, 0.13, 0.2, 0.1])
 DESTINATION = np.array([-0.3, -0.55])
-EXPONENT = 5.0
+EXPONENT = 7.0
 """k of Eq. (2), above the least with which these spheres leave no minimum but the destination."""
 
 
