@@ -1,6 +1,6 @@
 """A navigation function among spheres: what phi looks like where obstacles are known (Fig. 1a)."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -55,7 +55,7 @@ def sphere_world_figure(resolution: int = 181) -> "Figure":
     phi = sphere_phi(points).reshape(x.shape)
     inside = np.hypot(x, y) <= RADIUS
     with drawing(2 * NARROW, NARROW) as figure:
-        landscape = figure.add_subplot(1, 2, 1, projection="3d")
+        landscape: Any = figure.add_subplot(1, 2, 1, projection="3d")
         landscape.plot_surface(
             *(x, y, np.where(inside, phi, np.nan)),
             cmap=FIELD_COLOURS,

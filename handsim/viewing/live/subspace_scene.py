@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from handsim.errors import InputError
 from handsim.navigation.function import NavigationFunction
@@ -160,7 +161,7 @@ def thinned(path: Array, most: int = 80) -> Array:
     return path[np.unique(np.linspace(0, len(path) - 1, min(most, len(path))).round().astype(int))]
 
 
-def grid_faces(rows: int, columns: int) -> Array:
+def grid_faces(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     """Return the triangles (m, 3) of a surface whose corners lie in rows and columns."""
     corner = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = (
@@ -180,7 +181,7 @@ def stretched(values: Array) -> Array:
     return np.clip((values - low) / (high - low), 0.0, 1.0)
 
 
-def colours(values: Array) -> Array:
+def colours(values: Array) -> npt.NDArray[np.uint8]:
     """Return colours (m, k, 3), 0 to 255, of values (m, k) from 0 to 1."""
     from matplotlib import colormaps
 
