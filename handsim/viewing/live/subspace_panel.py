@@ -65,7 +65,9 @@ class SubspacePanel:
         goal = np.clip(controller.demonstrations[0].z_goal, self._low, self._high)
         self._usual = SubspaceState(np.zeros(len(goal)), goal)
         self.state = self._usual if text is None else self._read(text)
-        self.scene = SubspaceScene(server, controller.navigation, tuple(self._recorded.values()))
+        learned = [d.path for d in controller.demonstrations if d.path is not None]
+        shown = tuple(self._recorded.values()) or learned  # a controller keeps their paths
+        self.scene = SubspaceScene(server, controller.navigation, shown)
         self._add_controls(server.gui)
         self._field_shown: tuple[str, tuple[float, ...]] | None = None
         self._still = 0.0

@@ -33,6 +33,7 @@ from handsim.viewing.figures.path_figures import (
     eigengrasps,
     paths_figure,
 )
+from handsim.viewing.figures.posture_figure import along_path, postures_figure
 from handsim.viewing.figures.slices import level_shell
 from handsim.viewing.figures.sphere_world import (
     CENTRES,
@@ -326,3 +327,15 @@ def test_pages_hold_figures_at_their_size_above_their_captions(
     assert [tuple(figure.get_size_inches()) for figure in figures.values()] == sizes
     boxes = re.findall(rb"/MediaBox \[ 0 0 ([0-9.]+) ([0-9.]+) \]", path.read_bytes())
     assert [(round(float(w)), round(float(h))) for w, h in boxes] == [(595, 842)] * 2
+
+
+def test_postures_stand_one_above_the_other_with_their_share_of_the_way() -> None:
+    recorded, followed = (
+        [np.full((20, 20, 3), start + i, np.uint8) for i in range(3)] for start in (10, 100)
+    )
+    figure = postures_figure(recorded, followed, "cup-drink")
+    shown = [int(axes.images[0].get_array()[0, 0, 0]) for axes in figure.axes]
+    assert shown == [10, 11, 12, 100, 101, 102]
+    assert [axes.get_xlabel() for axes in figure.axes[3:]] == ["0.00", "0.50", "1.00"]
+    assert [figure.axes[i].get_ylabel() for i in (0, 3)] == ["recording", "controller"]
+    np.testing.assert_allclose(along_path(np.array([[0.0], [1], [4]]), 3), [[0], [2], [4]])
