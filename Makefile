@@ -10,6 +10,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
+PICTURE := cup-side-move
 
 .PHONY: setup demo test test-ci test-all pythons mutants coverage check docs notebooks bench build clean lock models assets pictures rendering results
 .DELETE_ON_ERROR:
@@ -131,7 +132,8 @@ pictures: rendering
 	  --fingertips thumb=thumb_touch index=f1_touch middle=f2_touch ring=f3_touch
 	$(BIN)/python -m handsim.viewing.contact_sheets grasps assets/grasps.png
 	MUJOCO_GL=$${MUJOCO_GL:-egl} $(BIN)/python assets/objects/sheet.py assets/objects.png
-	$(BIN)/handsim grasp --task $(TASK) -o out
-	$(BIN)/handsim render out/$(TASK).npz -o assets/pictures/grasp.gif --size 400x300 --fps 15
+	$(BIN)/handsim grasp --task $(PICTURE) -o out
+	$(BIN)/handsim render out/$(PICTURE).npz -o assets/pictures/grasp.gif --plain --shadows \
+	  --size 400x300 --fps 10
 	$(BIN)/handsim figures -o out/figures
 	cp out/figures/fig6_paths.png assets/pictures/paths.png

@@ -65,6 +65,9 @@ def view(
     ] = False,
     host: Annotated[str, typer.Option(help="Address that serves the page.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Its port.")] = 8080,
+    at: Annotated[
+        str | None, typer.Option(help="View to begin with: the text that a page gives for it.")
+    ] = None,
 ) -> None:
     """Move the hand by its principal components and watch grasps.
 
@@ -73,7 +76,7 @@ def view(
     """
     check_gl()
 
-    from handsim.cli.defaults import controller_or_built_in
+    from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
     from handsim.viewing.live import window
 
     on_page = web or not window.has_display()
@@ -87,7 +90,13 @@ def view(
     from handsim.viewing.live.page import LivePage, serve
 
     page = LivePage(
-        learned, lambda name, hand: _known_plan(controller, name, hand), host, port, task
+        learned,
+        lambda name, hand: _known_plan(controller, name, hand),
+        host,
+        port,
+        task,
+        tuple(recordings_or_built_in(None)) if controller is None else (),
+        at,
     )
     note(f"open {page.address} in a browser; end with Ctrl+C")
     serve(page)

@@ -36,6 +36,9 @@ def render(
     fps: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
     postures: Annotated[int, typer.Option(min=2, help="Pictures in a contact sheet.")] = 8,
     plain: Annotated[bool, typer.Option("--plain", help="Draw in no measurements.")] = False,
+    shadows: Annotated[
+        bool, typer.Option("--shadows", help="Draw shadows where the CPU draws, too: slower.")
+    ] = False,
 ) -> None:
     """Render movements in true time, as a video or as pictures.
 
@@ -56,6 +59,7 @@ def render(
             size=parse_size(size),
             fps=fps,
             n_postures=postures,
+            shadows=True if shadows else None,
             progress=progress,
         )
     note(f"wrote {n} {'pictures' if output.suffix.lower() == '.png' else 'frames'} to {output}")

@@ -23,7 +23,10 @@ header { padding-top: 2.5rem; }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .3rem; }
 h2 { font-size: 1.3rem; margin: 0 0 .6rem; padding-top: 1.4rem; border-top: 2px solid var(--line); }
 h3 { font-size: 1rem; margin: 1.4rem 0 .4rem; }
-section { margin-top: 2.2rem; }
+section { margin-top: 2.2rem; min-width: 0; }
+main { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(40rem, 100%), 1fr));
+  column-gap: 3rem; }
+section:not(:has(table)), section:has(figure) { grid-column: 1 / -1; }
 p { max-width: 46rem; margin: .4rem 0 .8rem; }
 .faint, figcaption { color: var(--faint); font-size: .9rem; }
 nav { display: flex; flex-wrap: wrap; gap: .3rem 1.1rem; margin: 1.1rem 0 0; font-size: .95rem; }
@@ -50,7 +53,6 @@ figcaption { margin-top: .4rem; max-width: 46rem; }
 .figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(34rem, 100%), 1fr));
   gap: 1.6rem 2.2rem; align-items: start; }
 .figures figure { margin: 0; }
-.figures img { width: 100%; }
 .films figure { margin: 0; }
 video { display: block; width: 100%; height: auto; border-radius: .4rem; background: var(--ground);
   aspect-ratio: 4 / 3; }
@@ -62,7 +64,8 @@ footer { padding: 2rem 1.25rem 3rem; }
   @page { margin: 16mm; }
   body { font-size: 10.5pt; }
   nav { display: none; }
-  header, main, footer { max-width: none; padding-left: 0; padding-right: 0; }
+  header, main, footer { padding-left: 0; padding-right: 0; }
+  main { display: block; }
   header { padding-top: 0; }
   h2, h3 { break-after: avoid; }
   figure, tr, .tiles, pre { break-inside: avoid; }

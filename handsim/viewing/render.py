@@ -27,6 +27,7 @@ def render(
     fps: float = 30.0,
     n_postures: int = 8,
     measurements: bool = True,
+    shadows: bool | None = None,
     progress: Progress | None = None,
 ) -> int:
     """Draw movements in true time into a file; rollouts show their end for a second more.
@@ -53,6 +54,8 @@ def render(
         Pictures in a contact sheet.
     measurements
         Whether what was measured of a rollout is drawn in, and other views beside.
+    shadows
+        None draws them unless the CPU draws, which takes most of its time for them.
     progress
         Called with the fraction done.
 
@@ -70,7 +73,7 @@ def render(
     MissingToolError
         If nothing renders on this machine.
     """
-    view = View(camera, *size, fps)
+    view = View(camera, *size, fps, shadows)
     clips = [clip_of(each, measurements=measurements) for each in _several(shown)]
     choose_backend()
     return save_clips(clips, path, view, n_postures=n_postures, progress=progress)

@@ -94,9 +94,9 @@ def write_report(
             ("grasps", "Grasps in physics", _videos(grasps, films)),
             ("figures", "Figures", _figures(controller, folder)),
             ("scores", "Against the recordings", _scores(controller, recordings, scores)),
-            ("certificate", "Convergence", _certificate(proof)),
             ("forces", "Grasps in numbers", _grasps(grasps)),
             ("data", "Recordings", _data(summarise(recordings), recordings)),
+            ("certificate", "Convergence", _certificate(proof)),
             ("subspace", "Subspace", _subspace(controller)),
             ("making", "How this page was made", _making(commands)),
         ]

@@ -195,7 +195,10 @@ def test_certified_learning_is_certified_and_the_exit_code_says_so(run, tmp_path
 @pytest.mark.ci
 @pytest.mark.slow
 def test_figures_are_drawn_as_png_and_svg(run, tmp_path):
-    assert run("figures", "-o", tmp_path / "figures").code == 0
+    result = run("figures", "-o", tmp_path / "figures", "--paper", tmp_path / "all.pdf")
+    assert result.code == 0
+    assert "wrote 16 pictures" in result.err
+    assert (tmp_path / "all.pdf").read_bytes().startswith(b"%PDF")
     drawn = {path.name for path in (tmp_path / "figures").iterdir()}
     for name in ("fig3_learning", "fig5_variance", "fig6_paths", "fig7_components"):
         assert {f"{name}.png", f"{name}.svg"} <= drawn

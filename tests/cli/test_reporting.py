@@ -60,6 +60,7 @@ def test_bad_input_is_refused_before_the_work(run, tmp_path) -> None:
         (("report", tmp_path / "c.npz", "-o", tmp_path / "r.html"), "c.npz"),
         (("view", "--web", "--task", "cube-rase"), TASK),
         (("view", "--port", "0"), "port"),
+        (("view", "--web", "--port", "18081", "--at", "goal=1,2"), "goal '1,2'"),
     ):
         result = run(*arguments)
         assert (result.code, result.out) == (2, "")

@@ -24,7 +24,10 @@ from handsim.viewing.report import write_report
 pytestmark = [pytest.mark.ci, pytest.mark.slow]
 
 HOSTILE = "<script>alert('&')</script>"
-SECTIONS = ["data", "subspace", "learning", "certificate", "scores", "grasps", "making"]
+SECTIONS = [
+    *("verdict", "grasps", "figures", "scores", "forces", "data", "certificate", "subspace"),
+    "making",
+]
 
 
 class Reader(HTMLParser):
@@ -110,6 +113,16 @@ def test_every_tag_is_closed_and_every_section_is_there_and_linked(read: Reader)
     assert [a["href"] for tag, a in read.tags if tag == "a"] == [f"#{s}" for s in SECTIONS]
 
 
+def test_verdict_videos_and_figures_come_before_tables(read: Reader) -> None:
+    tags = [tag for tag, _ in read.tags]
+    pictures = [i for i, (tag, found) in enumerate(read.tags) if tag == "img" and found["alt"]]
+    videos = [i for i, tag in enumerate(tags) if tag == "video"]
+    assert tags.index("ul") < min(videos)
+    assert max(videos) < min(pictures)
+    assert max(pictures) < tags.index("table")
+    assert ("Proven: from everywhere" in read.words) != ("Not proven: " in read.words)
+
+
 def test_what_comes_from_files_is_text(read: Reader) -> None:
     assert HOSTILE in read.words
     assert "handsim a 'b'" in read.words
@@ -140,11 +153,11 @@ def test_videos_decode_and_figures_are_svg(
         path = tmp_path / f"{i}.mp4"
         path.write_bytes(base64.b64decode(content, validate=True))
         _, frames = read_video(path)
-        assert len(frames) > 80
-        assert frames[0].shape == (360, 480, 3)
+        assert len(frames) > 50
+        assert frames[0].shape == (270, 360, 3)
         assert np.ptp(frames[-1]) > 100
     figures = [a["src"] for tag, a in read.tags if tag == "img" and a["alt"]]
-    assert len(figures) == 6
+    assert len(figures) == 8
     for address in figures:
         kind, _, content = address.partition(";base64,")
         assert kind == "data:image/svg+xml"
@@ -159,7 +172,7 @@ def test_a_page_without_grasps_says_so(
     write_report(path, line, recordings)
     read = Reader(path.read_text())
     assert "No grasp was simulated" in read.words
-    assert len([a for tag, a in read.tags if tag == "img"]) == 4
+    assert len([a for tag, a in read.tags if tag == "img"]) == 6
 
 
 def test_table_aligns_text_and_escapes() -> None:
@@ -183,6 +196,6 @@ def test_a_browser_shows_it_whole_wide_and_narrow(written: Path, browser, tmp_pa
     playing = (
         "[...document.querySelectorAll('video')].map(one => one.play().then(() => one.videoWidth))"
     )
-    assert browser.evaluate(f"Promise.all({playing})") == [480, 480]
+    assert browser.evaluate(f"Promise.all({playing})") == [360, 360]
     assert browser.requests() == [written.as_uri()]
     assert browser.complaints() == []

@@ -71,8 +71,8 @@ def field_figure(navigation: NavigationFunction, path: Array, recorded: Array) -
     pairs = [(0, 1), (0, 2), (1, 2)] if n > 2 else [(0, 1)]
     with drawing(WIDE, 0.74 * WIDE if n == 3 else 0.33 * WIDE if n > 3 else 0.6 * WIDE) as figure:
         if n == 3:
-            grid = figure.add_gridspec(3, 2, width_ratios=[2.35, 1], wspace=0.12)
-            panels = [figure.add_subplot(grid[i, 1]) for i in range(3)]
+            grid = figure.add_gridspec(3, 3, width_ratios=[2.35, 0.14, 1])  # labels in between
+            panels = [figure.add_subplot(grid[i, 2]) for i in range(3)]
             space = figure.add_subplot(grid[:, 0], projection="3d")
             _draw_space(space, navigation, path, recorded)
         else:

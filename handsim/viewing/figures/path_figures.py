@@ -42,10 +42,10 @@ def paths_figure(recorded: Sequence[Array], followed: Sequence[Array]) -> "Figur
     with drawing(WIDE, 0.74 * WIDE if n > 2 else 0.6 * WIDE) as figure:
         panels: list[tuple[Any, tuple[int, ...]]] = []
         if n > 2:
-            grid = figure.add_gridspec(3, 2, width_ratios=[2.35, 1], wspace=0.12)
+            grid = figure.add_gridspec(3, 3, width_ratios=[2.35, 0.14, 1])  # labels in between
             panels.append((figure.add_subplot(grid[:, 0], projection="3d"), (0, 1, 2)))
             for i, pair in enumerate(((0, 1), (0, 2), (1, 2))):
-                panels.append((figure.add_subplot(grid[i, 1]), pair))
+                panels.append((figure.add_subplot(grid[i, 2]), pair))
         else:
             panels.append((figure.subplots(), (0, 1)))
         for axes, pick in panels:

@@ -52,7 +52,7 @@ def postures_figure(recorded: Sequence[Frame], followed: Sequence[Frame], name: 
                 axes.set(xticks=[], yticks=[])
                 for side in axes.spines.values():
                     side.set_visible(False)
-                if row is panels[1]:
+                if label == "controller":
                     axes.set_xlabel(f"{i / (n - 1):.2f}")
             row[0].set_ylabel(label)
         figure.supxlabel(f"share of the way, {name}", fontsize=8)

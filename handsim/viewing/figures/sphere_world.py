@@ -1,6 +1,6 @@
 """A navigation function among spheres: what phi looks like where obstacles are known (Fig. 1a)."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ RADIUS = 1.0
 CENTRES = np.array([[-0.45, 0.15], [0.1, 0.5], [0.15, -0.4], [0.55, 0.05]])
 RADII = np.array([0.16, 0.13, 0.2, 0.1])
 DESTINATION = np.array([-0.3, -0.55])
-EXPONENT = 5.0
+EXPONENT = 7.0
 """k of Eq. (2), above the least with which these spheres leave no minimum but the destination."""
 
 
@@ -55,7 +55,7 @@ def sphere_world_figure(resolution: int = 181) -> "Figure":
     phi = sphere_phi(points).reshape(x.shape)
     inside = np.hypot(x, y) <= RADIUS
     with drawing(2 * NARROW, NARROW) as figure:
-        landscape = figure.add_subplot(1, 2, 1, projection="3d")
+        landscape: Any = figure.add_subplot(1, 2, 1, projection="3d")
         landscape.plot_surface(
             *(x, y, np.where(inside, phi, np.nan)),
             cmap=FIELD_COLOURS,

@@ -129,6 +129,8 @@ def quiet_space(axes: Any) -> None:
         axis.pane.set_facecolor("#F7F8FA")
         axis.pane.set_edgecolor("#D5DAE0")
         axis._axinfo["grid"].update(color="#E3E7EC", linewidth=0.5)  # there is no other way
+        axis.labelpad = -3.0
+    axes.zaxis.labelpad = -9.0  # else it reaches into the next panel
     axes.tick_params(pad=-1, labelsize=7)
     spans = [high - low for low, high in (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())]
     axes.set_box_aspect(np.maximum(spans, 0.75 * max(spans)), zoom=1.02)

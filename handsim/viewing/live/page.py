@@ -1,7 +1,8 @@
 """A web page that shows and moves the hand, for machines without a display.
 
-It has sliders for the principal components and the size of the hand, menus of objects and tasks,
-and buttons that simulate a grasp, play it, pause it and replay it. One thread reads all controls
+It has sliders for the principal components and the size of the hand, the subspace with the way to a
+destination beside the hand, menus of objects and tasks, and buttons that simulate a grasp, play it,
+pause it and replay it. One thread reads all controls
 once a frame, so that no two actions run at the same time.
 """
 # pyright: reportAttributeAccessIssue=false
@@ -9,7 +10,7 @@ once a frame, so that no two actions run at the same time.
 
 import io
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 
 import mujoco
@@ -21,11 +22,15 @@ from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
+from handsim.joints import CONTACT_PARTS
 from handsim.learning.controller import GraspController
+from handsim.recordings.recording import Recording
 from handsim.tasks.table_one import TASKS, task_by_name
 from handsim.types import MEDIAN_HAND, Array, HandSize
 from handsim.viewing.film.posture_clips import posture_clip, posture_model
-from handsim.viewing.live.shapes import geom_colour, geom_mesh, visible_geoms
+from handsim.viewing.live.force_rows import force_rows
+from handsim.viewing.live.puppet import Puppet
+from handsim.viewing.live.subspace_panel import SubspacePanel
 
 PlanSource = Callable[[str, Conditions], GraspPlan | None]
 """Returns the plan of a task under conditions, or None where none is known."""
@@ -39,8 +44,10 @@ INSTALL = "pip install 'handsim[viewer]'"
 
 View = tuple[tuple[float, float, float], tuple[float, float, float]]
 """Position of the camera and the point that it looks at [m]."""
-_OF_POSTURE: View = ((0.56, 0.48, 0.25), (0.0, 0.0, 0.04))
+_OF_POSTURE: View = ((0.72, 0.53, 0.27), (0.06, -0.07, 0.05))
 _OF_SCENE: View = ((0.50, 0.50, 0.38), (-0.02, -0.02, 0.09))
+_GHOST = 0.35
+"""Opacity of a recorded hand beside the controller's."""
 _FIELD_OF_VIEW = np.deg2rad(36.0)  # vertical, as of the scenes' own cameras
 
 
@@ -57,6 +64,10 @@ class LivePage:
         Address of the page. If the port is taken, another free one is used.
     task
         The task that is selected when the page opens.
+    recordings
+        Shown in the subspace, and as ghosts.
+    text
+        Of the view that the page begins with, as a page gives it.
 
     Raises
     ------
@@ -71,6 +82,8 @@ class LivePage:
         host: str = "127.0.0.1",
         port: int = 8080,
         task: str | None = None,
+        recordings: Sequence[Recording] = (),
+        text: str | None = None,
     ) -> None:
         try:
             import viser
@@ -83,12 +96,17 @@ class LivePage:
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
         self._server.initial_camera.fov = _FIELD_OF_VIEW
         self._n_shown = 0
-        self._root: viser.FrameHandle | None = None
-        self._bodies: dict[int, viser.FrameHandle] = {}
+        self._puppet: Puppet | None = None
+        self._ghost: Puppet | None = None
         self._view: View | None = None
         self._alone: HandSize | None = None  # size of the hand shown without a scene
         self._time, self._playing = 0.0, False
         self._run: Rollout | None = None
+        try:
+            self._panel = SubspacePanel(self._server, controller, recordings, text)
+        except HandsimError:
+            self.close()
+            raise
         self._add_controls()
         self._seen = self._choices()
         self._show_posture()
@@ -108,7 +126,7 @@ class LivePage:
         """Read the controls, and advance the grasp that is played by ``elapsed`` [s]."""
         self._offer_tasks()
         try:
-            self._follow_choices()
+            self._follow_choices(self._panel.step(elapsed))
             for button, react in self._buttons.items():
                 if self._pressed.pop(button, False):
                     react()
@@ -119,28 +137,23 @@ class LivePage:
         elif self._run and abs(self._slider.value - self._time) > 0.5 * self._slider.step:
             self._go_to(float(self._slider.value))
 
-    def _follow_choices(self) -> None:
-        """Show the choice if it has changed; moving a component deselects the task."""
-        coordinates, size, task = choices = self._choices()
+    def _follow_choices(self, moved: bool) -> None:
+        """Show the choice if it has changed; moving in the subspace deselects the task."""
+        size, task = choices = self._choices()
         before, self._seen = self._seen, choices
-        if choices == before:
+        if choices == before and not moved:
             return
         self._run, self._playing = None, False
-        if task != NO_TASK and coordinates == before[0]:
+        self._forces.content = ""
+        if task != NO_TASK and not moved:
             self._show_scene()
             return
         self._task.value = NO_TASK
-        self._seen = (coordinates, size, NO_TASK)
+        self._seen = (size, NO_TASK)
         self._show_posture()
 
     def _add_controls(self) -> None:
-        gui, obstacle = self._server.gui, self._controller.navigation.obstacle
-        with gui.add_folder("Posture"):
-            bounds = np.rad2deg(np.column_stack([obstacle.lower, obstacle.upper])).round(1)
-            self._components = [
-                gui.add_slider(f"PC {i + 1} [deg]", float(low), float(high), 0.1, 0.0)
-                for i, (low, high) in enumerate(bounds)
-            ]
+        gui = self._server.gui
         with gui.add_folder("Hand"):
             length, breadth = round(1000 * MEDIAN_HAND.length), round(1000 * MEDIAN_HAND.breadth)
             self._length = gui.add_slider("length [mm]", *LENGTHS_MM, 1, length)
@@ -153,17 +166,18 @@ class LivePage:
             buttons = [gui.add_button(name) for name in names]
             self._slider = gui.add_slider("time [s]", 0.0, 1.0, 0.01, 0.0)
         self._status = gui.add_markdown("")
+        self._forces = gui.add_html("")
         reactions = (self._play, lambda: setattr(self, "_playing", False), self._replay)
         self._buttons = dict(zip(names, reactions, strict=True))
         self._pressed: dict[str, bool] = {}
         for name, button in zip(names, buttons, strict=True):
             button.on_click(lambda _, name=name: self._pressed.__setitem__(name, True))
 
-    def _choices(self) -> tuple[tuple[float, ...], HandSize, str]:
-        """Return the coordinates [deg], the size of the hand and the task that are chosen."""
-        coordinates = tuple(float(slider.value) for slider in self._components)
-        size = HandSize(self._length.value / 1000, self._breadth.value / 1000)
-        return coordinates, size, str(self._task.value)
+    def _choices(self) -> tuple[HandSize, str]:
+        """Return the size of the hand and the task that are chosen."""
+        return HandSize(self._length.value / 1000, self._breadth.value / 1000), str(
+            self._task.value
+        )
 
     def _offer_tasks(self) -> None:
         """Offer the tasks of the object that is chosen."""
@@ -174,25 +188,37 @@ class LivePage:
             self._task.value = names[0] if chosen != "all" else NO_TASK
 
     def _conditions(self) -> Conditions:
-        _, size, _ = self._seen
-        return Conditions(hand=size)
+        return Conditions(hand=self._seen[0])
 
     def _show_posture(self) -> None:
-        """Show the hand alone, at the coordinates that are chosen."""
-        coordinates, size, _ = self._seen
-        q = self._controller.subspace.inverse_transform(np.deg2rad(coordinates))
+        """Show the hand alone, where it is in the subspace, and the ghost of a recording."""
+        size, _ = self._seen
         if self._alone != size:
             model = posture_model(size)
             self._show(model, model.qpos0, _OF_POSTURE)
             self._alone = size
-        self._place(posture_clip(np.zeros(1), q[None], self._model).qpos[0])
-        self._say("A posture of the subspace." if any(coordinates) else "The mean posture.")
+        state, ghost = self._panel.state, self._panel.ghost
+        self._place(self._qpos(self._panel.posture))
+        if ghost is not None:
+            if self._ghost is None:
+                name = f"/ghost_{self._n_shown}"
+                self._ghost = Puppet(self._server, name, self._model, _GHOST)
+            self._ghost.place(self._qpos(ghost))
+        if self._ghost is not None:
+            self._ghost.show(ghost is not None)
+        where = {"start": "A posture of the subspace.", "goal": "The destination."}
+        said = where.get(state.at, f"{100 * state.share:.0f} % of the way to the destination.")
+        mean = state.at == "start" and not state.start.any()
+        self._say(("The mean posture." if mean else said) + f" {self._panel.said}".rstrip())
+
+    def _qpos(self, q: Array) -> Array:
+        return posture_clip(np.zeros(1), q[None], self._model).qpos[0]
 
     def _show_scene(self) -> None:
         """Show the scene of the task that is chosen, before the grasp."""
-        scene = Scene.build(task_by_name(self._seen[2]), self._conditions())
+        scene = Scene.build(task_by_name(self._seen[1]), self._conditions())
         self._show(scene.hand.model, scene.hand.data.qpos, _OF_SCENE)
-        self._say(f"**{self._seen[2]}**: press play.")
+        self._say(f"**{self._seen[1]}**: press play.")
 
     def _play(self) -> None:
         """Play the grasp from where it stands; simulate it first if that has not been done."""
@@ -208,7 +234,7 @@ class LivePage:
 
     def _simulate(self) -> None:
         """Simulate the grasp of the task that is chosen."""
-        task, conditions = self._seen[2], self._conditions()
+        task, conditions = self._seen[1], self._conditions()
         if task == NO_TASK:
             raise InputError("Choose a task first.")
         plan = self._plans(task, conditions)
@@ -237,23 +263,19 @@ class LivePage:
             f"**{run.task}**: {verdict}  \n{self._time:.2f} s, {run.phase_at(run.time[i])}, "
             f"contact forces {force:.1f} N"
         )
+        most = float(np.quantile(run.contact_force, 0.99))
+        self._forces.content = force_rows(run.contact_force[i], CONTACT_PARTS, outcome.need_n, most)
 
     def _show(self, model: mujoco.MjModel, qpos: Array, view: View) -> None:
         """Put a model on the page in place of what was there."""
-        scene = self._server.scene
-        self._model, self._data, self._alone = model, mujoco.MjData(model), None
         with self._server.atomic():
-            if self._root:
-                self._root.remove()
+            for shown in (self._puppet, self._ghost):
+                if shown is not None:
+                    shown.remove()
             self._n_shown += 1  # a name used again would keep the pose of what had it before
-            self._root = scene.add_frame(f"/shown_{self._n_shown}", show_axes=False)
-            self._bodies = {}
-            for geom in visible_geoms(model):
-                body = int(model.geom_bodyid[geom])
-                name = f"{self._root.name}/body_{body}"
-                if body not in self._bodies:
-                    self._bodies[body] = scene.add_frame(name, show_axes=False)
-                self._add_geom(geom, f"{name}/geom_{geom}")
+            self._puppet = Puppet(self._server, f"/shown_{self._n_shown}", model)
+            self._ghost, self._alone, self._model = None, None, model
+            self._panel.scene.show(view == _OF_POSTURE)
             self._place(qpos)
         if view != self._view:  # otherwise it stays where people have moved it
             self._view = view
@@ -261,26 +283,9 @@ class LivePage:
             for camera in (self._server.initial_camera, *(client.camera for client in clients)):
                 camera.position, camera.look_at = map(np.array, view)
 
-    def _add_geom(self, geom: int, name: str) -> None:
-        model, (*rgb, opacity) = self._model, geom_colour(self._model, geom)
-        mesh = geom_mesh(model, geom).smooth_shaded
-        self._server.scene.add_mesh_simple(
-            name,
-            np.asarray(mesh.vertices, np.float32),
-            np.asarray(mesh.faces, np.uint32),
-            color=np.array(rgb),
-            opacity=opacity if opacity < 1 else None,
-            position=model.geom_pos[geom],
-            wxyz=model.geom_quat[geom],
-        )
-
     def _place(self, qpos: Array) -> None:
-        """Move the bodies to their poses at joint positions."""
-        self._data.qpos[:] = qpos
-        mujoco.mj_kinematics(self._model, self._data)
-        with self._server.atomic():
-            for body, frame in self._bodies.items():
-                frame.position, frame.wxyz = self._data.xpos[body], self._data.xquat[body]
+        assert self._puppet is not None  # there is one from the beginning
+        self._puppet.place(qpos)
 
     def _say(self, text: str) -> None:
         if self._status.content != text:

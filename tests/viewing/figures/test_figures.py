@@ -1,3 +1,5 @@
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -21,14 +23,24 @@ from handsim.navigation.workspace import lay_basis
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import HandSize
 from handsim.viewing.figures import paper_figures
-from handsim.viewing.figures.field_figures import field_figure, level_sets_figure
+from handsim.viewing.figures.field_figures import SHELLS, field_figure, level_sets_figure
 from handsim.viewing.figures.fit_figure import learning_figure
 from handsim.viewing.figures.paper_figures import make_figures
+from handsim.viewing.figures.paper_pdf import CAPTIONS, write_pages
 from handsim.viewing.figures.path_figures import (
     components_figure,
     draw_eigengrasps,
     eigengrasps,
     paths_figure,
+)
+from handsim.viewing.figures.posture_figure import along_path, postures_figure
+from handsim.viewing.figures.slices import level_shell
+from handsim.viewing.figures.sphere_world import (
+    CENTRES,
+    DESTINATION,
+    RADII,
+    sphere_phi,
+    sphere_world_figure,
 )
 from handsim.viewing.figures.style import BLUE, GREEN, VERMILION, save_figure
 from handsim.viewing.figures.variance_figure import cumulative_variance, variance_figure
@@ -115,7 +127,14 @@ def test_learning_shows_every_iteration(flat: tuple[DirectionLearner, list[np.nd
 
 def test_field_shows_three_slices_through_the_destination(controller: GraspController) -> None:
     path = controller.path(*np.array([[d.z_start, d.z_goal] for d in controller.demonstrations])[0])
-    figure = field_figure(controller.navigation, path.points)
+    recorded = path.points + 0.02
+    figure = field_figure(controller.navigation, path.points, recorded)
+    space = [axes for axes in figure.axes if hasattr(axes, "zaxis")]
+    assert len(space) == 1, "beside a picture in space"
+    lines = {line.get_color(): np.column_stack(line.get_data_3d()) for line in space[0].lines[:2]}
+    np.testing.assert_allclose(lines["#56B4E9"], np.rad2deg(recorded))
+    np.testing.assert_allclose(lines[VERMILION], np.rad2deg(path.points))
+    assert len(space[0].collections) == len(SHELLS) + 1, "shells and arrows"
     for panel, pair in enumerate([(0, 1), (0, 2), (1, 2)]):
         goal = np.rad2deg(path.points[-1, pair])
         np.testing.assert_allclose(points(figure, panel, VERMILION)[-1], goal)
@@ -164,17 +183,19 @@ def test_components_run_over_normalised_arc_length() -> None:
     recorded = [rng.normal(size=(20, 2)) for _ in range(3)]
     pictures = [[np.full((8, 8, 3), 40 * j, np.uint8) for j in range(3)] for _ in range(2)]
     figure = components_figure(recorded, recorded, pictures, reach=2.0)
-    assert len(figure.axes) == 2 * 4
+    assert len(figure.axes) == 2 * 3 + 1
     for i in range(2):
-        curve = curves(figure, 4 * i, BLUE)[1]
+        curve = curves(figure, 3 * i, BLUE)[1]
         expected = np.rad2deg(at_arc_length(recorded[1], curve[:, 0])[:, i])
         np.testing.assert_allclose(curve[:, 1], expected)
         assert curve[0, 0] == 0
         assert curve[-1, 0] == 1
-        for j in range(3):
-            shown = figure.axes[4 * i + j + 1].images[0].get_array()
+        for place, j in ((1, 0), (2, 2)):
+            shown = figure.axes[3 * i + place].images[0].get_array()
             np.testing.assert_array_equal(shown, pictures[i][j])
-    assert [axes.get_title() for axes in figure.axes[1:4]] == ["−2 σ", "mean", "+2 σ"]
+    np.testing.assert_array_equal(figure.axes[6].images[0].get_array(), pictures[0][1])
+    titles = [axes.get_title() for axes in figure.axes]
+    assert titles == ["", "−2 σ", "+2 σ", "", "", "", "mean"], "the mean is drawn once"
 
 
 def test_eigengrasps_lie_at_both_ends_of_each_component(recordings: RecordingSet) -> None:
@@ -211,23 +232,25 @@ def test_all_figures_in_both_formats(
     titles = []
     original = paper_figures.save_figure
 
-    def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+    def save(figure: Figure, folder: Path, name: str, suffixes: Sequence[str]) -> list[Path]:
         titles.append(figure.get_suptitle())
-        return original(figure, folder, name)
+        return original(figure, folder, name, suffixes)
 
     monkeypatch.setattr(paper_figures, "save_figure", save)
-    written = make_figures(controller, recordings, target, done.append)
-    assert titles == ["synthetic recordings"] * 6
+    pages = target / "all.pdf"
+    written = make_figures(controller, recordings, target, done.append, pages=pages)
+    assert titles[0] == "", "spheres are not recorded"
+    assert all("synthetic recordings" in title for title in titles[1:])
+    assert "refit of two components" in titles[2]
+    assert pages.read_bytes().count(b"/Type /Page ") == 8
+    written.remove(pages)
+    pages.unlink()
     assert sorted(path.name for path in written) == sorted(path.name for path in target.iterdir())
     stems = {path.stem for path in written}
     assert {stem.split("_")[0] for stem in stems} == {
-        "fig1b",
-        "fig3",
-        "fig4",
-        "fig5",
-        "fig6",
-        "fig7",
+        *("fig1a", "fig1b", "fig3", "fig4", "fig5", "fig6", "fig7", "fig9"),
     }
+    assert stems == set(CAPTIONS)
     assert {path.suffix for path in written} == {".png", ".svg"}
     assert done[-1] == 1.0
     for path in written:
@@ -251,7 +274,7 @@ def test_one_component_leaves_out_what_needs_a_plane(
         subspace, NavigationFunction(straight, 4.0), demonstrations_of(recordings, subspace)
     )
     names = {path.stem.split("_")[0] for path in make_figures(controller, recordings, target)}
-    assert names == {"fig1b", "fig3", "fig5", "fig7"}
+    assert names == {"fig1a", "fig1b", "fig3", "fig5", "fig7", "fig9"}
 
 
 def test_same_figure_same_bytes(target: Path, recordings: RecordingSet) -> None:
@@ -261,3 +284,58 @@ def test_same_figure_same_bytes(target: Path, recordings: RecordingSet) -> None:
         paths = save_figure(variance_figure(q, 2), target, "a")
         contents.append([path.read_bytes() for path in paths])
     assert contents[0] == contents[1]
+
+
+def test_shells_are_where_phi_has_the_level(controller: GraspController) -> None:
+    navigation, goal = controller.navigation, controller.demonstrations[0].z_goal
+    shell = level_shell(navigation, goal, 0.1, 15)
+    assert shell.shape == (15, 30, 3)
+    phi = navigation.jets(shell.reshape(-1, 3), goal, 0)[0]
+    low, high = navigation.obstacle.lower, navigation.obstacle.upper
+    edge = 0.1 * (high - low)  # nearer to the walls phi rises within a step of the search
+    inner = np.all((shell > low + edge) & (shell < high - edge), axis=-1).ravel()
+    assert inner.mean() > 0.2
+    np.testing.assert_allclose(phi[inner], 0.1, atol=0.01)
+    assert np.all((shell >= low - 1e-9) & (shell <= high + 1e-9))
+
+
+def test_phi_among_spheres_is_one_on_them_and_least_at_the_destination() -> None:
+    assert sphere_phi(DESTINATION[None]) == pytest.approx(0.0)
+    turn = np.linspace(0, 2 * np.pi, 50)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    for centre, radius in zip(CENTRES, RADII, strict=True):
+        np.testing.assert_allclose(sphere_phi(centre + radius * (1 + 1e-12) * circle), 1, atol=1e-4)
+        assert (sphere_phi(centre + 0.9 * radius * circle) == 1).all()
+    assert (sphere_phi(1.01 * circle) == 1).all()
+    side = np.linspace(-1, 1, 161)
+    points = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    phi = sphere_phi(points).reshape(161, 161)
+    inner = phi[1:-1, 1:-1]
+    around = [phi[1 + i : 160 + i, 1 + j : 160 + j] for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    least = (inner == np.min(around, axis=0)) & (inner < 1 - 1e-9)
+    assert least.sum() == 1, "there is no other minimum"
+
+
+def test_pages_hold_figures_at_their_size_above_their_captions(
+    target: Path, recordings: RecordingSet
+) -> None:
+    q = np.vstack([recording.q for recording in recordings])
+    path = target / "a.pdf"
+    figures = {"fig5_variance": variance_figure(q, 2), "fig1a_spheres": sphere_world_figure(41)}
+    sizes = [tuple(figure.get_size_inches()) for figure in figures.values()]
+    assert write_pages(figures.items(), path) == 2
+    assert [tuple(figure.get_size_inches()) for figure in figures.values()] == sizes
+    boxes = re.findall(rb"/MediaBox \[ 0 0 ([0-9.]+) ([0-9.]+) \]", path.read_bytes())
+    assert [(round(float(w)), round(float(h))) for w, h in boxes] == [(595, 842)] * 2
+
+
+def test_postures_stand_one_above_the_other_with_their_share_of_the_way() -> None:
+    recorded, followed = (
+        [np.full((20, 20, 3), start + i, np.uint8) for i in range(3)] for start in (10, 100)
+    )
+    figure = postures_figure(recorded, followed, "cup-drink")
+    shown = [int(axes.images[0].get_array()[0, 0, 0]) for axes in figure.axes]
+    assert shown == [10, 11, 12, 100, 101, 102]
+    assert [axes.get_xlabel() for axes in figure.axes[3:]] == ["0.00", "0.50", "1.00"]
+    assert [figure.axes[i].get_ylabel() for i in (0, 3)] == ["recording", "controller"]
+    np.testing.assert_allclose(along_path(np.array([[0.0], [1], [4]]), 3), [[0], [2], [4]])
