@@ -58,7 +58,6 @@ class Observer:
         self, scene: Scene, entries: Sequence[Entry], destination: Array, need: float
     ) -> None:
         model = scene.model
-        self._sites = scene.hand.data.site_xpos
         self._tips: Index = np.array([model.site(f"{finger}_tip").id for finger in FINGERS])
         self._grasp: list[float] = model.site("grasp").pos.tolist()
         joint = scene.task.rule.joint
@@ -76,28 +75,38 @@ class Observer:
         self._numbers = slice(self._places["palm_position"].start, self._places["hinge"].stop)
         self._clock = slice(self._places["progress"].start, self._places["time"].stop)
         self._shares = _shares(schedule_for(scene.task))
-        self._first = [0.0, 0.0, 0.0]
+        self._first: list[list[float]] = []
 
     def begin(self, episode: Episode) -> None:
-        """Remember where the object is at the start of a run."""
-        self._first = episode.sensors.posed(episode.values)["object_pos"]
+        """Remember where the objects are at the start of the runs."""
+        self._first = [episode.sensors.posed(row.values)["object_pos"] for row in episode.rows]
 
-    def look(self, episode: Episode) -> tuple[dict[str, Array], Felt]:
-        """Return the observation at the reading that a run is at, and what is felt."""
-        sensors, values = episode.sensors, episode.values
+    def look(
+        self, episode: Episode, i: int, posture: Array, point: Array
+    ) -> tuple[dict[str, Array], Felt]:
+        """Return the observation at the reading that a run is at, and what is felt.
+
+        Parameters
+        ----------
+        episode, i
+            The runs, and the number of this one.
+        posture, point : (22,), (n_components,) [rad]
+            As of `Episode.seen`.
+        """
+        sensors, (values, qpos, sites) = episode.sensors, episode.rows[i]
         poses, (force, press) = sensors.posed(values), sensors.touching(values)
         origin, places = poses["object_origin"], self._places
         axes = poses["object_x"], poses["object_y"], poses["object_z"]
-        tips = (self._sites[self._tips] - origin) @ np.array(axes).T
-        hinge = 0.0 if self._hinge is None else float(episode.qpos[self._hinge])
+        tips = (sites[self._tips] - origin) @ np.array(axes).T
+        hinge = 0.0 if self._hinge is None else float(qpos[self._hinge])
         flat = self._template.copy()
-        flat[places["posture"]], flat[places["components"]] = episode.seen()
+        flat[places["posture"]], flat[places["components"]] = posture, point
         flat[places["fingertips"]] = tips.ravel()
         flat[self._numbers] = [
             *_in_frame(axes, poses["palm_pos"], origin),
             *_seen_from(poses["object_quat"], poses["palm_quat"]),
             *force,
-            *_away(poses["object_pos"], self._first),
+            *_away(poses["object_pos"], self._first[i]),
             hinge,
         ]
         flat[self._clock] = self._shares[episode.reading]
