@@ -9,7 +9,7 @@ from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.jobs import Job
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import Runs, has_diverged
+from handsim.grasping.rollout.run import Runs, diverged, has_diverged
 from handsim.learning.controller import GraspController
 from handsim.silence import silent
 from handsim.types import Array
@@ -74,7 +74,7 @@ class Episode:
         self.sensors = simulations.sensors
         views = (simulations.sensordata, simulations.qpos, simulations.site_xpos)
         self.rows = [Row(*row) for row in zip(*views, strict=True)]
-        self._speeds = list(zip(simulations.qvel, simulations.warnings, strict=True))
+        self._speeds = simulations.qvel, simulations.warnings
         self._times: list[float] = self._group.commands.times.tolist()
         with silent():
             runs.start()
@@ -112,11 +112,14 @@ class Episode:
             runs.step()
         if self._brief:
             runs.end_lost(runs.tick - 1)
-        self.unstable = [
-            before or has_diverged(*now)
-            for before, now in zip(self.unstable, self._speeds, strict=True)
-        ]
+        self.unstable = self._diverged()
         group.measure(self.reading)
+
+    def _diverged(self) -> list[bool]:
+        if len(self.rows) == 1:
+            return [has_diverged(self._speeds[0][0], self._speeds[1][0])]
+        now: list[bool] = diverged(*self._speeds).tolist()
+        return [before or bad for before, bad in zip(self.unstable, now, strict=True)]
 
     def records(self) -> list[Rollout]:
         """Judge the runs, as `handsim grasp` does, and return their records.

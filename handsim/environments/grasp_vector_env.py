@@ -17,7 +17,7 @@ from handsim.environments.entries import (
 )
 from handsim.environments.grasp_env import verdict_of
 from handsim.environments.rewards import PARTS, SUCCESS
-from handsim.environments.watched_runs import Observed, WatchedRuns, stacked
+from handsim.environments.watched_runs import Observed, WatchedRuns
 from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
@@ -126,13 +126,9 @@ class GraspVectorEnv(VectorEnv[Observed, Array, Any]):
         if runs.episode.over:
             seen, info = self._begin([None] * n)
             return seen, np.zeros(n), over, over.copy(), info
-        if np.shape(actions)[:1] != (n,):
-            raise InputError(f"actions of shape {np.shape(actions)}; give {n} rows")
-        size = self.action_meaning.size
-        observed, parts, rewards = runs.step(
-            np.stack([checked_action(action, size) for action in actions])
-        )
-        seen, reward, info = stacked(observed), np.array(rewards), dict[str, Any]()
+        given = checked_action(actions, (n, self.action_meaning.size))
+        seen, parts, rewards = runs.step(given)
+        reward, info = np.array(rewards), dict[str, Any]()
         for name in PARTS:
             info[name] = np.array([each[name] for each in parts])
             info[f"_{name}"] = np.ones(n, dtype=bool)
@@ -155,4 +151,4 @@ class GraspVectorEnv(VectorEnv[Observed, Array, Any]):
         info: dict[str, Any] = {}
         for i, each in enumerate(conditions):
             info = self._add_info(info, {"trial": each.as_dict()}, i)
-        return stacked(self._runs.begin(conditions)), info
+        return self._runs.begin(conditions), info

@@ -81,39 +81,36 @@ class Observer:
         """Remember where the objects are at the start of the runs."""
         self._first = [episode.sensors.posed(row.values)["object_pos"] for row in episode.rows]
 
-    def look(
-        self, episode: Episode, i: int, posture: Array, point: Array
-    ) -> tuple[dict[str, Array], Felt]:
-        """Return the observation at the reading that a run is at, and what is felt.
-
-        Parameters
-        ----------
-        episode, i
-            The runs, and the number of this one.
-        posture, point : (22,), (n_components,) [rad]
-            As of `Episode.seen`.
-        """
-        sensors, (values, qpos, sites) = episode.sensors, episode.rows[i]
-        poses, (force, press) = sensors.posed(values), sensors.touching(values)
-        origin, places = poses["object_origin"], self._places
-        axes = poses["object_x"], poses["object_y"], poses["object_z"]
-        tips = (sites[self._tips] - origin) @ np.array(axes).T
-        hinge = 0.0 if self._hinge is None else float(qpos[self._hinge])
-        flat = self._template.copy()
-        flat[places["posture"]], flat[places["components"]] = posture, point
-        flat[places["fingertips"]] = tips.ravel()
-        flat[self._numbers] = [
-            *_in_frame(axes, poses["palm_pos"], origin),
-            *_seen_from(poses["object_quat"], poses["palm_quat"]),
-            *force,
-            *_away(poses["object_pos"], self._first[i]),
-            hinge,
-        ]
-        flat[self._clock] = self._shares[episode.reading]
+    def look(self, episode: Episode) -> tuple[Array, list[Felt]]:
+        """Return observations at the reading that runs are at, (n, size), and what is felt."""
+        sensors, rows = episode.sensors, episode.rows
+        places, n = self._places, len(rows)
+        flat = np.empty((n, len(self._template)))
+        flat[:] = self._template
+        flat[:, places["posture"]], flat[:, places["components"]] = episode.seen()
+        flat[:, self._clock] = self._shares[episode.reading]
+        felt: list[Felt] = []
+        for i, (values, qpos, sites) in enumerate(rows):
+            poses, (force, press) = sensors.posed(values), sensors.touching(values)
+            origin = poses["object_origin"]
+            axes = poses["object_x"], poses["object_y"], poses["object_z"]
+            tips = (sites[self._tips] - origin) @ np.array(axes).T
+            flat[i, places["fingertips"]] = tips.ravel()
+            flat[i, self._numbers] = [
+                *_in_frame(axes, poses["palm_pos"], origin),
+                *_seen_from(poses["object_quat"], poses["palm_quat"]),
+                *force,
+                *_away(poses["object_pos"], self._first[i]),
+                0.0 if self._hinge is None else float(qpos[self._hinge]),
+            ]
+            felt.append(Felt(force, press, [dist(tip, self._grasp) for tip in tips.tolist()]))
         np.maximum(flat, self._low, out=flat)
         np.minimum(flat, self._high, out=flat)
-        felt = Felt(force, press, [dist(tip, self._grasp) for tip in tips.tolist()])
-        return {name: flat[place] for name, place in places.items()}, felt
+        return flat, felt
+
+    def named(self, flat: Array) -> dict[str, Array]:
+        """Return observations (..., size) by the names of their entries."""
+        return {name: flat[..., place] for name, place in self._places.items()}
 
 
 def _in_frame(

@@ -85,20 +85,17 @@ class WatchedRuns:
             return perturb(nominal, seed)
         return replace(nominal, seed=seed)
 
-    def begin(self, conditions: Sequence[Conditions]) -> list[Observed]:
-        """Begin runs under conditions, one each, and return what is observed of them."""
+    def begin(self, conditions: Sequence[Conditions]) -> Observed:
+        """Begin runs under conditions, one each; return observations by name, (n, ...) each."""
         known, scenes = self.known, self._scenes_for(conditions)
         self.scene = scenes[0]
         self.episode = Episode(scenes, known.plan, known.controller, self._kind, brief=self._brief)
         self._observer = Observer(self.scene, self.observation_meaning, self._goal, known.need)
         self._observer.begin(self.episode)
-        seen = zip(*self.episode.seen(), strict=True)
-        self._latest = [
-            self._observer.look(self.episode, i, *each)[0] for i, each in enumerate(seen)
-        ]
-        return self._latest
+        self._latest, _ = self._observer.look(self.episode)
+        return self._observer.named(self._latest.copy())
 
-    def step(self, actions: Array) -> tuple[list[Observed], list[dict[str, float]], list[float]]:
+    def step(self, actions: Array) -> tuple[Observed, list[dict[str, float]], list[float]]:
         """Command by actions (n, size) and go on to the next reading.
 
         A run that has diverged shows what it showed last, and gives nothing.
@@ -106,21 +103,21 @@ class WatchedRuns:
         Returns
         -------
         observations, parts, rewards
-            The parts of the dense reward, and the reward without that for success.
+            Observations as of `begin`, the parts of the dense reward, and the reward without that
+            for success.
         """
-        episode, seen, parts = self.episode, [], []
+        episode = self.episode
         episode.step(actions)
-        postures, points = episode.seen()
-        for i, unstable in enumerate(episode.unstable):
-            if unstable:
-                seen.append({name: value.copy() for name, value in self._latest[i].items()})
-                parts.append(dict.fromkeys(PARTS, 0.0))
-                continue
-            observed, felt = self._observer.look(episode, i, postures[i], points[i])
-            seen.append(observed)
-            parts.append(self._reward.parts(felt))
-        self._latest, share = seen, 1.0 / (len(PARTS) * episode.n_readings)
-        return seen, parts, [share * sum(each.values()) for each in parts]
+        seen, felt = self._observer.look(episode)
+        parts = [self._reward.parts(each) for each in felt]
+        if any(episode.unstable):
+            for i in np.flatnonzero(episode.unstable).tolist():
+                seen[i], parts[i] = self._latest[i], dict.fromkeys(PARTS, 0.0)
+            self._latest = seen.copy()
+        else:
+            self._latest = seen
+        share = 1.0 / (len(PARTS) * episode.n_readings)
+        return self._observer.named(seen), parts, [share * sum(each.values()) for each in parts]
 
     def _scenes_for(self, conditions: Sequence[Conditions]) -> list[Scene]:
         """Return scenes of runs: those of the runs before, where they were built alike."""
@@ -133,8 +130,3 @@ class WatchedRuns:
             found.append(replace(scene, conditions=each))
         self._scenes = kept
         return found
-
-
-def stacked(seen: Sequence[Observed]) -> Observed:
-    """Return observations of several runs as one, (n, ...) each."""
-    return {name: np.stack([each[name] for each in seen]) for name in seen[0]}

@@ -400,7 +400,7 @@ def test_what_cannot_be_made_is_refused_in_a_line(make, values, error, words):
 def test_actions_that_are_none_are_refused(make, action):
     env = make()
     env.reset(seed=0)
-    with pytest.raises(InputError, match="3 numbers"):
+    with pytest.raises(InputError, match="3 finite numbers"):
         env.unwrapped.step(action)
 
 
