@@ -22,13 +22,10 @@ class Row(NamedTuple):
     ----------
     values, qpos : (n_values,), (nq,)
         Of the sensors, and MuJoCo's positions.
-    sites : (n_sites, 3) [m]
-        Places of the sites in the world.
     """
 
     values: Array
     qpos: Array
-    sites: Array
 
 
 class Episode:
@@ -49,6 +46,14 @@ class Episode:
     ----------
     unstable
         Whether each simulation has diverged.
+    sensors
+        What the values of the sensors mean.
+    rows
+        The states of the runs.
+    sites : (n, n_sites, 3) [m]
+        Places of the sites in the world, a live view.
+    n_readings
+        How many readings, and steps, the runs have.
     """
 
     def __init__(
@@ -72,8 +77,10 @@ class Episode:
         self.n_readings = runs.end
         simulations = runs.simulations
         self.sensors = simulations.sensors
-        views = (simulations.sensordata, simulations.qpos, simulations.site_xpos)
-        self.rows = [Row(*row) for row in zip(*views, strict=True)]
+        self.rows = [
+            Row(*row) for row in zip(simulations.sensordata, simulations.qpos, strict=True)
+        ]
+        self.sites = simulations.site_xpos
         self._speeds = simulations.qvel, simulations.warnings
         self._times: list[float] = self._group.commands.times.tolist()
         with silent():

@@ -89,21 +89,22 @@ class Observer:
         flat[:] = self._template
         flat[:, places["posture"]], flat[:, places["components"]] = episode.seen()
         flat[:, self._clock] = self._shares[episode.reading]
+        poses = [sensors.posed(row.values) for row in rows]
+        axes = [(each["object_x"], each["object_y"], each["object_z"]) for each in poses]
+        origins = np.array([each["object_origin"] for each in poses])
+        tips = (episode.sites[:, self._tips] - origins[:, None]) @ np.swapaxes(axes, 1, 2)
+        flat[:, places["fingertips"]] = tips.reshape(n, -1)
         felt: list[Felt] = []
-        for i, (values, qpos, sites) in enumerate(rows):
-            poses, (force, press) = sensors.posed(values), sensors.touching(values)
-            origin = poses["object_origin"]
-            axes = poses["object_x"], poses["object_y"], poses["object_z"]
-            tips = (sites[self._tips] - origin) @ np.array(axes).T
-            flat[i, places["fingertips"]] = tips.ravel()
+        for i, (row, pose, each) in enumerate(zip(rows, poses, tips.tolist(), strict=True)):
+            force, press = sensors.touching(row.values)
             flat[i, self._numbers] = [
-                *_in_frame(axes, poses["palm_pos"], origin),
-                *_seen_from(poses["object_quat"], poses["palm_quat"]),
+                *_in_frame(axes[i], pose["palm_pos"], pose["object_origin"]),
+                *_seen_from(pose["object_quat"], pose["palm_quat"]),
                 *force,
-                *_away(poses["object_pos"], self._first[i]),
-                0.0 if self._hinge is None else float(qpos[self._hinge]),
+                *_away(pose["object_pos"], self._first[i]),
+                0.0 if self._hinge is None else float(row.qpos[self._hinge]),
             ]
-            felt.append(Felt(force, press, [dist(tip, self._grasp) for tip in tips.tolist()]))
+            felt.append(Felt(force, press, [dist(tip, self._grasp) for tip in each]))
         np.maximum(flat, self._low, out=flat)
         np.minimum(flat, self._high, out=flat)
         return flat, felt
