@@ -18,4 +18,8 @@ except ImportError as error:
     raise MissingToolError(f"the environments need gymnasium; run: {INSTALL}") from error
 
 if ID not in gymnasium.registry:
-    gymnasium.register(ID, entry_point="handsim.environments.grasp_env:GraspEnv")
+    gymnasium.register(
+        ID,
+        entry_point="handsim.environments.grasp_env:GraspEnv",
+        vector_entry_point="handsim.environments.grasp_vector_env:GraspVectorEnv",
+    )

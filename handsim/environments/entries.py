@@ -126,19 +126,20 @@ def dict_of(entries: Sequence[Entry]) -> spaces.Space[dict[str, Array]]:
     return spaces_by_name
 
 
-def checked_action(action: Array, size: int) -> Array:
-    """Return an action (size,) within -1 and 1.
+def checked_action(action: Array, shape: tuple[int, ...]) -> Array:
+    """Return an action, or several, of a shape (..., size) within -1 and 1.
 
     Raises
     ------
     InputError
-        If it has another size, or a number is not finite.
+        If it has another shape, or a number is not finite.
     """
     given = np.asarray(action, dtype=float)
-    if given.shape == (size,) and (np.abs(given) <= 1.0).all():
+    if given.shape == shape and (np.abs(given) <= 1.0).all():
         return given
-    if given.shape != (size,) or not np.isfinite(given).all():
-        raise InputError(f"action {given} of shape {given.shape}; give {size} numbers of -1 to 1")
+    if given.shape != shape or not np.isfinite(given).all():
+        asked = " x ".join(str(n) for n in shape)
+        raise InputError(f"action of shape {given.shape}; give {asked} finite numbers of -1 to 1")
     return np.minimum(np.maximum(given, -1.0), 1.0)
 
 

@@ -1,4 +1,7 @@
-"""One grasp that is commanded from outside, reading by reading."""
+"""Grasps that are commanded from outside, reading by reading: one, or several side by side."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from handsim.environments.entries import ActionKind
 from handsim.environments.steering import steered_driver
@@ -6,73 +9,87 @@ from handsim.grasping.plan import GraspPlan, schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.jobs import Job
 from handsim.grasping.rollout.record import Rollout
-from handsim.grasping.rollout.run import Runs, has_diverged
-from handsim.grasping.rollout.sensing import Sensors
+from handsim.grasping.rollout.run import Runs, diverged, has_diverged
 from handsim.learning.controller import GraspController
 from handsim.silence import silent
 from handsim.types import Array
 
 
+class Row(NamedTuple):
+    """Live views of the state of one run.
+
+    Attributes
+    ----------
+    values, qpos : (n_values,), (nq,)
+        Of the sensors, and MuJoCo's positions.
+    """
+
+    values: Array
+    qpos: Array
+
+
 class Episode:
-    """A run of `handsim grasp` whose fingers a policy commands.
+    """Runs of `handsim grasp` whose fingers a policy commands; they differ in conditions alone.
 
     Parameters
     ----------
-    scene, plan, controller
-        What is grasped, where the palm goes, and in whose subspace.
+    scenes
+        One for each run.
+    plan, controller
+        Where the palm goes, and in whose subspace.
     kind
         What actions are.
     brief
-        End the run as soon as the object is lost.
+        End each run as soon as its object is lost.
 
     Attributes
     ----------
     unstable
-        Whether the simulation has diverged.
+        Whether each simulation has diverged.
+    sensors
+        What the values of the sensors mean.
+    rows
+        The states of the runs.
+    sites : (n, n_sites, 3) [m]
+        Places of the sites in the world, a live view.
+    n_readings
+        How many readings, and steps, the runs have.
     """
 
     def __init__(
         self,
-        scene: Scene,
+        scenes: Sequence[Scene],
         plan: GraspPlan,
         controller: GraspController,
         kind: ActionKind,
         *,
         brief: bool = False,
     ) -> None:
-        self.scene, self.schedule = scene, schedule_for(scene.task)
-        self._driver = steered_driver(kind, controller, plan, scene.lead, self.schedule)
-        self._brief, self.unstable = brief, False
-        job = Job(scene, plan, self._driver, self.schedule, gripped=kind == "components")
-        self._runs = Runs([job])
-        (self._group,) = self._runs.groups
-        self.n_readings = self._runs.end
-        simulations = self._runs.simulations
-        self._values, self._qpos = simulations.sensordata[0], simulations.qpos[0]
-        self._qvel, self._warnings = simulations.qvel[0], simulations.warnings[0]
+        scene = scenes[0]
+        schedule = schedule_for(scene.task)
+        self._driver = steered_driver(kind, controller, plan, scene.lead, schedule)
+        self._brief, self.unstable = brief, [False] * len(scenes)
+        gripped = kind == "components"
+        self._runs = runs = Runs(
+            [Job(each, plan, self._driver, schedule, gripped=gripped) for each in scenes]
+        )
+        (self._group,) = runs.groups
+        self.n_readings = runs.end
+        simulations = runs.simulations
+        self.sensors = simulations.sensors
+        self.rows = [
+            Row(*row) for row in zip(simulations.sensordata, simulations.qpos, strict=True)
+        ]
+        self.sites = simulations.site_xpos
+        self._speeds = simulations.qvel, simulations.warnings
         self._times: list[float] = self._group.commands.times.tolist()
         with silent():
-            self._runs.start()
+            runs.start()
         self._group.measure(0)
 
     @property
-    def sensors(self) -> Sensors:
-        """What the values of the sensors mean."""
-        return self._runs.simulations.sensors
-
-    @property
-    def values(self) -> Array:
-        """Values of the sensors, a live view (n_values,)."""
-        return self._values
-
-    @property
-    def qpos(self) -> Array:
-        """MuJoCo's positions, a live view (nq,)."""
-        return self._qpos
-
-    @property
     def reading(self) -> int:
-        """Number of the reading that the run is at; at its end, of the last."""
+        """Number of the reading that the runs are at; at their end, of the last."""
         return min(self._runs.tick, self.n_readings - 1)
 
     @property
@@ -82,29 +99,40 @@ class Episode:
 
     @property
     def over(self) -> bool:
-        """Whether the run has come to its end."""
-        return self.unstable or self._runs.tick >= self._runs.end
+        """Whether all runs have come to their end."""
+        return self._runs.tick >= self._runs.end or all(self.unstable)
 
     def seen(self) -> tuple[Array, Array]:
-        """Return the glove's reading (22,), and the point in the subspace (n_components,) [rad]."""
-        reference, readings, glove = self._group.seen()
-        return glove[0], self._driver.point(self.time, reference, readings)[0]
+        """Return the gloves' readings (n, 22), and points in the subspace (n, n_components) [rad].
 
-    def step(self, action: Array) -> None:
-        """Command by an action and go on to the next reading."""
+        Of readings that are late or lost it is what comes.
+        """
+        reference, readings, glove = self._group.seen()
+        return glove, self._driver.point(self.time, reference, readings)
+
+    def step(self, actions: Array) -> None:
+        """Command by actions (n, size) and go on to the next reading."""
         runs, group = self._runs, self._group
-        self._driver.give(action)
+        self._driver.give(actions)
         group.command(runs.tick)
         with silent():
             runs.step()
         if self._brief:
             runs.end_lost(runs.tick - 1)
-        self.unstable = has_diverged(self._qvel, self._warnings)
-        if not self.unstable:
-            group.measure(self.reading)
+        self.unstable = self._diverged()
+        group.measure(self.reading)
 
-    def record(self) -> Rollout:
-        """Judge the run, as `handsim grasp` does, and return its record."""
-        (rollout,) = self._runs.records()
-        assert rollout is not None  # only a batch leaves runs out
-        return rollout
+    def _diverged(self) -> list[bool]:
+        if len(self.rows) == 1:
+            return [has_diverged(self._speeds[0][0], self._speeds[1][0])]
+        now: list[bool] = diverged(*self._speeds).tolist()
+        return [before or bad for before, bad in zip(self.unstable, now, strict=True)]
+
+    def records(self) -> list[Rollout]:
+        """Judge the runs, as `handsim grasp` does, and return their records.
+
+        In several runs side by side, contacts of a part beyond those that a sensor has room for do
+        not count.
+        """
+        self._runs.uncounted[:] = False
+        return [rollout for rollout in self._runs.records() if rollout is not None]

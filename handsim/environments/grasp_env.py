@@ -1,7 +1,7 @@
 """The environment ``handsim/Grasp-v0``."""
 
-from dataclasses import asdict, replace
-from typing import Any, ClassVar, get_args
+from dataclasses import asdict
+from typing import Any, ClassVar
 
 import gymnasium
 
@@ -12,15 +12,13 @@ from handsim.environments.entries import (
     box_of,
     checked_action,
     dict_of,
-    observation_entries,
 )
-from handsim.environments.episode import Episode
-from handsim.environments.observing import Observer
 from handsim.environments.painting import Painter
-from handsim.environments.rewards import PARTS, SUCCESS, DenseReward
-from handsim.errors import InputError, UnknownNameError
-from handsim.grasping.conditions import Conditions, Hard, made_hard, perturb
-from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.environments.rewards import SUCCESS
+from handsim.environments.watched_runs import Observed, WatchedRuns
+from handsim.errors import InputError
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.plan import GraspPlan
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import RATE
 from handsim.grasping.rollout.record import Rollout
@@ -29,7 +27,6 @@ from handsim.types import Array, Base, Frame
 from handsim.viewing.film.offscreen import View
 
 RENDER_MODES = ("rgb_array",)
-_OPTIONS = ("perturbed", "hard")
 
 
 class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
@@ -80,8 +77,6 @@ class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
         Names, units, frames and bounds of every entry.
     grasped
         Task, nominal conditions, controller and plan.
-    scene
-        Of the latest run; None before the first.
     rollout
         The record of the run that has ended last; None before the first has.
 
@@ -117,22 +112,24 @@ class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
         if render_mode not in (None, *RENDER_MODES):
             raise InputError(f"render_mode '{render_mode}' is not known; give rgb_array or None")
         self.render_mode = render_mode
-        self._kind: ActionKind = action
         action_entry(action, 1)  # before a plan is searched
         conditions = Conditions(hand=hand_asked(hand), base=base)
         self._painter = Painter(View(camera, width, height))
-        self.grasped = known = grasped(task, conditions, controller, plan)
-        self._perturbed, self._brief = perturbed, brief
-        self.task = known.task.for_side(conditions.hand.side)
-        self.schedule = schedule_for(self.task)
-        self._goal = known.plan.goal_in(known.controller.subspace)
-        self.action_meaning = action_entry(action, len(self._goal))
-        self.observation_meaning = observation_entries(len(self._goal), self.schedule.end)
+        known = grasped(task, conditions, controller, plan)
+        self._runs = runs = WatchedRuns(known, action, perturbed=perturbed, brief=brief)
+        self.grasped, self.task, self.schedule = known, runs.task, runs.schedule
+        self.action_meaning, self.observation_meaning = (
+            runs.action_meaning,
+            runs.observation_meaning,
+        )
         self.action_space = box_of(self.action_meaning)
         self.observation_space = dict_of(self.observation_meaning)
-        self._reward = DenseReward(self.task, known.need)
-        self.scene: Scene | None = None
         self.rollout: Rollout | None = None
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene of the latest run; None before the first."""
+        return self._runs.scene
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -154,15 +151,9 @@ class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
             ``info["trial"]`` says the conditions of the run, the seed among them.
         """
         super().reset(seed=seed)
-        conditions = self._conditions(
-            int(self.np_random.integers(2**31)) if seed is None else seed, options or {}
-        )
-        known = self.grasped
-        scene = self._scene_for(conditions)
-        self._episode = Episode(scene, known.plan, known.controller, self._kind, brief=self._brief)
-        self._observer.begin(self._episode)
-        self._seen, _ = self._observer.look(self._episode)
-        return self._seen, {"trial": conditions.as_dict()}
+        trial = int(self.np_random.integers(2**31)) if seed is None else seed
+        conditions = self._runs.conditions(trial, options or {})
+        return _only(self._runs.begin([conditions])), {"trial": conditions.as_dict()}
 
     def step(self, action: Array) -> tuple[dict[str, Array], float, bool, bool, dict[str, Any]]:
         """Command by an action and go on by a hundredth of a second.
@@ -172,66 +163,45 @@ class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
         InputError
             If the action has another size or a number is not finite, or if the run has ended.
         """
-        episode = self._episode
-        if episode.over:
+        runs = self._runs
+        if runs.episode.over:
             raise InputError("the run has ended; reset the environment before the next step")
-        episode.step(checked_action(action, self.action_meaning.size))
-        if episode.unstable:  # there is nothing sound to see
-            seen = {name: value.copy() for name, value in self._seen.items()}
-            parts = dict.fromkeys(PARTS, 0.0)
-        else:
-            seen, felt = self._observer.look(episode)
-            parts = self._reward.parts(felt)
-        self._seen = seen
-        reward = sum(parts.values()) / (len(PARTS) * episode.n_readings)
+        given = checked_action(action, (self.action_meaning.size,))
+        observed, (parts,), (reward,) = runs.step(given[None])
+        seen = _only(observed)
         info: dict[str, Any] = {**parts}
-        if not episode.over:
+        if not runs.episode.over:
             return seen, reward, False, False, info
-        self.rollout = rollout = episode.record()
-        outcome = rollout.outcome
-        info |= {
-            "is_success": outcome.success,
-            "reason": outcome.reason or "",
-            "outcome": asdict(outcome),
-        }
-        reward += SUCCESS * outcome.success
-        return seen, reward, True, len(rollout.time) == episode.n_readings, info
+        (self.rollout,) = runs.episode.records()
+        info |= verdict_of(self.rollout)
+        reward += SUCCESS * info["is_success"]
+        whole = len(self.rollout.time) == runs.episode.n_readings
+        return seen, reward, True, whole and not runs.episode.unstable[0], info
 
     def render(self) -> Frame | None:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Return a picture of the run as it stands, (height, width, 3); None without a mode."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws nothing; make it with render_mode='rgb_array'")
             return None
-        episode = self._episode
-        return self._painter.paint(episode.scene.model, episode.qpos, episode.time)
+        episode, scene = self._runs.episode, self._runs.scene
+        assert scene is not None  # there is one once there is an episode
+        return self._painter.paint(scene.model, episode.rows[0].qpos, episode.time)
 
     def close(self) -> None:
         """Free what pictures need."""
         self._painter.close()
 
-    def _conditions(self, seed: int, options: dict[str, Any]) -> Conditions:
-        """Return the conditions of a run."""
-        for name in options:
-            if name not in _OPTIONS:
-                raise UnknownNameError("option of reset", name, _OPTIONS)
-        nominal, hard = self.grasped.conditions, options.get("hard")
-        if hard is not None:
-            if hard not in get_args(Hard):
-                raise UnknownNameError("hard trial", str(hard), get_args(Hard))
-            return made_hard(nominal, seed, hard)
-        if options.get("perturbed", self._perturbed):
-            return perturb(nominal, seed)
-        return replace(nominal, seed=seed)
 
-    def _scene_for(self, conditions: Conditions) -> Scene:
-        """Return the scene of a run: that of the one before, if it was built alike."""
-        built_for = replace(conditions, seed=0, nominal=True, shake=0.0)  # these leave it as it is
-        if self.scene is None or self._built_for != built_for:
-            scene, self._built_for = Scene.build(self.grasped.task, conditions), built_for
-            self._observer = Observer(
-                scene, self.observation_meaning, self._goal, self.grasped.need
-            )
-        else:
-            scene = replace(self.scene, conditions=conditions)
-        self.scene = scene
-        return scene
+def _only(seen: Observed) -> Observed:
+    """Return the observation of the only run."""
+    return {name: value[0] for name, value in seen.items()}
+
+
+def verdict_of(rollout: Rollout) -> dict[str, Any]:
+    """Return what the last ``info`` of a run says of it."""
+    outcome = rollout.outcome
+    return {
+        "is_success": outcome.success,
+        "reason": outcome.reason or "",
+        "outcome": asdict(outcome),
+    }

@@ -58,7 +58,6 @@ class Observer:
         self, scene: Scene, entries: Sequence[Entry], destination: Array, need: float
     ) -> None:
         model = scene.model
-        self._sites = scene.hand.data.site_xpos
         self._tips: Index = np.array([model.site(f"{finger}_tip").id for finger in FINGERS])
         self._grasp: list[float] = model.site("grasp").pos.tolist()
         joint = scene.task.rule.joint
@@ -76,35 +75,43 @@ class Observer:
         self._numbers = slice(self._places["palm_position"].start, self._places["hinge"].stop)
         self._clock = slice(self._places["progress"].start, self._places["time"].stop)
         self._shares = _shares(schedule_for(scene.task))
-        self._first = [0.0, 0.0, 0.0]
+        self._first: list[list[float]] = []
 
     def begin(self, episode: Episode) -> None:
-        """Remember where the object is at the start of a run."""
-        self._first = episode.sensors.posed(episode.values)["object_pos"]
+        """Remember where the objects are at the start of the runs."""
+        self._first = [episode.sensors.posed(row.values)["object_pos"] for row in episode.rows]
 
-    def look(self, episode: Episode) -> tuple[dict[str, Array], Felt]:
-        """Return the observation at the reading that a run is at, and what is felt."""
-        sensors, values = episode.sensors, episode.values
-        poses, (force, press) = sensors.posed(values), sensors.touching(values)
-        origin, places = poses["object_origin"], self._places
-        axes = poses["object_x"], poses["object_y"], poses["object_z"]
-        tips = (self._sites[self._tips] - origin) @ np.array(axes).T
-        hinge = 0.0 if self._hinge is None else float(episode.qpos[self._hinge])
-        flat = self._template.copy()
-        flat[places["posture"]], flat[places["components"]] = episode.seen()
-        flat[places["fingertips"]] = tips.ravel()
-        flat[self._numbers] = [
-            *_in_frame(axes, poses["palm_pos"], origin),
-            *_seen_from(poses["object_quat"], poses["palm_quat"]),
-            *force,
-            *_away(poses["object_pos"], self._first),
-            hinge,
-        ]
-        flat[self._clock] = self._shares[episode.reading]
+    def look(self, episode: Episode) -> tuple[Array, list[Felt]]:
+        """Return observations at the reading that runs are at, (n, size), and what is felt."""
+        sensors, rows = episode.sensors, episode.rows
+        places, n = self._places, len(rows)
+        flat = np.empty((n, len(self._template)))
+        flat[:] = self._template
+        flat[:, places["posture"]], flat[:, places["components"]] = episode.seen()
+        flat[:, self._clock] = self._shares[episode.reading]
+        poses = [sensors.posed(row.values) for row in rows]
+        axes = [(each["object_x"], each["object_y"], each["object_z"]) for each in poses]
+        origins = np.array([each["object_origin"] for each in poses])
+        tips = (episode.sites[:, self._tips] - origins[:, None]) @ np.swapaxes(axes, 1, 2)
+        flat[:, places["fingertips"]] = tips.reshape(n, -1)
+        felt: list[Felt] = []
+        for i, (row, pose, each) in enumerate(zip(rows, poses, tips.tolist(), strict=True)):
+            force, press = sensors.touching(row.values)
+            flat[i, self._numbers] = [
+                *_in_frame(axes[i], pose["palm_pos"], pose["object_origin"]),
+                *_seen_from(pose["object_quat"], pose["palm_quat"]),
+                *force,
+                *_away(pose["object_pos"], self._first[i]),
+                0.0 if self._hinge is None else float(row.qpos[self._hinge]),
+            ]
+            felt.append(Felt(force, press, [dist(tip, self._grasp) for tip in each]))
         np.maximum(flat, self._low, out=flat)
         np.minimum(flat, self._high, out=flat)
-        felt = Felt(force, press, [dist(tip, self._grasp) for tip in tips.tolist()])
-        return {name: flat[place] for name, place in places.items()}, felt
+        return flat, felt
+
+    def named(self, flat: Array) -> dict[str, Array]:
+        """Return observations (..., size) by the names of their entries."""
+        return {name: flat[..., place] for name, place in self._places.items()}
 
 
 def _in_frame(

@@ -5,7 +5,7 @@ import numpy as np
 from handsim.environments.entries import SPEED, ActionKind, targets_of
 from handsim.grasping.plan import GraspPlan, Schedule, ramp
 from handsim.grasping.rollout.drivers import LearnedDriver
-from handsim.joints import N_JOINTS, clip_to_range
+from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.types import Array
 
@@ -15,15 +15,15 @@ class AskedVelocity:
 
     Attributes
     ----------
-    value : (n_components,) [rad/s]
+    value : (n, n_components) [rad/s]
+        Of each run.
     """
 
-    def __init__(self, n_components: int) -> None:
-        self.value = np.zeros(n_components)
+    value: Array = np.zeros((1, 1))
 
     def velocities(self, z: Array, time: float) -> Array:
-        """Return the velocity for each of the points z (N, n_components)."""
-        return np.tile(self.value, (len(z), 1))
+        """Return the velocities that are asked for, whatever the points z (n, n_components) are."""
+        return self.value
 
 
 class SteeredDriver:
@@ -56,7 +56,7 @@ class SteeredDriver:
         )
         self.reach = schedule.end + 1.0
         self._schedule = schedule
-        self._asked = AskedVelocity(len(z_goal))
+        self._asked = AskedVelocity()
         self._led = LearnedDriver(controller, z_start, z_goal, self._asked, lead, schedule.reach)
         low, high = controller.reach
         self._low, self._high = np.minimum(low, z_start), np.maximum(high, z_start)
@@ -91,9 +91,9 @@ class VelocityDriver(SteeredDriver):
     over to the point's posture as the hand squeezes. The point stays where destinations may lie.
     """
 
-    def give(self, action: Array) -> None:
-        """Take the next velocity, (n_components,) in `SPEED`."""
-        self._asked.value = SPEED * action
+    def give(self, actions: Array) -> None:
+        """Take the next velocities, (n, n_components) in `SPEED`."""
+        self._asked.value = SPEED * actions
 
     def point(self, time: float, reference: Array, readings: Array) -> Array:
         """Return where the hand is meant to be at a reading, (n, n_components) [rad]."""
@@ -119,9 +119,9 @@ class VelocityDriver(SteeredDriver):
 class TargetDriver(SteeredDriver):
     """Tells the joint targets that it is given."""
 
-    def give(self, action: Array) -> None:
-        """Take the next targets, (22,) from -1 to 1 within the joints' ranges."""
-        self._targets = targets_of(action)
+    def give(self, actions: Array) -> None:
+        """Take the next targets, (n, 22) from -1 to 1 within the joints' ranges."""
+        self._targets = targets_of(actions)
 
     def point(self, time: float, reference: Array, readings: Array) -> Array:
         """Return the readings in the subspace, (n, n_components) [rad]."""
@@ -130,8 +130,8 @@ class TargetDriver(SteeredDriver):
     def step(
         self, time: float, dt: float, reference: Array, readings: Array
     ) -> tuple[Array, Array]:
-        """Return the targets (1, 22) [rad]; readings do not count."""
-        return self._targets.reshape(1, N_JOINTS), reference
+        """Return the targets (n, 22) [rad]; readings do not count."""
+        return self._targets, reference
 
 
 Steered = VelocityDriver | TargetDriver

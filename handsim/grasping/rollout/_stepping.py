@@ -61,6 +61,7 @@ class Simulations(ABC):
             self.mocap_pos = bind("mocap_pos")[:, scene.mocap]
             self.mocap_quat = bind("mocap_quat")[:, scene.mocap]
         self.sensordata = bind("sensordata")[:, self.sensors.first :]
+        self.site_xpos = bind("site_xpos")
 
     @abstractmethod
     def reset(self) -> None:

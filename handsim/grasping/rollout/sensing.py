@@ -246,8 +246,9 @@ class Sensors:
         found = self.n_contacts(values).tolist()
         for sensor in [i for i, n in enumerate(found) if n]:
             first, part = start + sensor * width, self._parts[sensor]
-            numbers, pressed = values[first : first + width].tolist(), press[part]
-            for slot in range(0, int(min(found[sensor], SLOTS)) * _WIDTH, _WIDTH):
+            end = int(min(found[sensor], SLOTS)) * _WIDTH
+            numbers, pressed = values[first : first + end].tolist(), press[part]
+            for slot in range(0, end, _WIDTH):
                 _, push, _, _, _, x, y, z = numbers[slot : slot + _WIDTH]
                 force[part] += push
                 pressed[0] += push * x
