@@ -52,8 +52,8 @@ ROOMS = (
     "retargeting", "retargeting.solving", "robot_hands", "robot_hands.reading", "grasping",
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
     "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "testing", "environments",
-    "exports", "exports.lerobot", "viewing", "viewing.film", "viewing.figures", "viewing.live",
-    "viewing.opengl", "cli", "cli.exporting", "cli.listing", "cli.recordings",
+    "exports", "exports.lerobot", "viewing", "viewing.stage", "viewing.film", "viewing.figures",
+    "viewing.live", "viewing.opengl", "cli", "cli.exporting", "cli.listing", "cli.recordings",
 )  # fmt: skip
 
 

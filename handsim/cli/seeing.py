@@ -17,7 +17,7 @@ from handsim.cli.console import (
 from handsim.cli.waiting import fraction_done, keeping
 
 if TYPE_CHECKING:
-    from handsim.viewing.film.clips import Clip
+    from handsim.viewing.film.clip import Clip
 
 
 def render(

@@ -1,7 +1,7 @@
 """Episodes as they are drawn for others, who may have to learn from what they see."""
 
 from handsim.exports.episode import Episode
-from handsim.viewing.film.clips import Clip
+from handsim.viewing.film.clip import Clip
 from handsim.viewing.film.posture_clips import posture_clip, posture_model
 
 

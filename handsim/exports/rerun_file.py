@@ -15,7 +15,7 @@ from handsim.exports.export_sources import Exported, episodes_of
 from handsim.exports.libraries import library
 from handsim.files import replacing
 from handsim.types import Progress
-from handsim.viewing.film.clips import Clip
+from handsim.viewing.film.clip import Clip
 from handsim.viewing.live.shapes import geom_colour, geom_mesh, visible_geoms
 
 TIMELINE = "time"

@@ -32,10 +32,10 @@ from handsim.tasks.scene import build_scene
 from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
 from handsim.types import Array, Frame, Side
-from handsim.viewing.film.lighting import light_any_hand, light_from_the_camera
 from handsim.viewing.film.offscreen import Offscreen, open_offscreen
 from handsim.viewing.film.posture_clips import posture_model
 from handsim.viewing.film.video import contact_sheet, write_image
+from handsim.viewing.stage.lighting import light_any_hand, light_from_the_camera
 
 _AXIS_COLOURS = ([0.85, 0.2, 0.15, 1], [0.2, 0.65, 0.2, 1], [0.15, 0.35, 0.85, 1])
 _BEFORE = 0.35

@@ -7,7 +7,8 @@ from handsim.grasping.rollout.record import Rollout
 from handsim.learning.controller import PostureSequence
 from handsim.recordings.recording import Recording
 from handsim.types import Frame, Progress
-from handsim.viewing.film.clips import Clip, render_sheet, save_clips
+from handsim.viewing.film.clip import Clip
+from handsim.viewing.film.clips import render_sheet, save_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.overlay import Caption
 from handsim.viewing.film.posture_clips import posture_clip, posture_model

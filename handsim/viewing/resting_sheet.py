@@ -9,9 +9,9 @@ from handsim.objects.mesh_import import OwnObject
 from handsim.objects.object import GraspObject
 from handsim.tasks.scene import build_scene
 from handsim.types import Frame
-from handsim.viewing.film.lighting import light_from_the_camera
 from handsim.viewing.film.offscreen import Offscreen, open_offscreen
 from handsim.viewing.film.video import contact_sheet
+from handsim.viewing.stage.lighting import light_from_the_camera
 
 WIDTH, HEIGHT = 300, 260
 MARGIN = 1.6

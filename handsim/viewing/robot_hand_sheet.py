@@ -16,9 +16,9 @@ from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.robot_hands.hand_frames import AttachedFrame
 from handsim.types import Array, Frame
-from handsim.viewing.film.lighting import light_any_hand
 from handsim.viewing.film.offscreen import Offscreen, open_offscreen
 from handsim.viewing.film.video import contact_sheet
+from handsim.viewing.stage.lighting import light_any_hand
 
 SHOWN = ("flat", "rest", "tripod", "fist")
 """Postures of the person that are drawn."""

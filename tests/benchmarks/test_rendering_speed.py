@@ -15,12 +15,13 @@ import pytest
 
 from handsim.joints import clip_to_range
 from handsim.types import Frame
-from handsim.viewing.film.camera import Camera
-from handsim.viewing.film.clips import Clip, render_clips
+from handsim.viewing.film.clip import Clip
+from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.posture_clips import posture_clip
 from handsim.viewing.film.video import write_video
 from handsim.viewing.opengl.backend import choose_backend
+from handsim.viewing.stage.camera import Camera
 
 pytestmark = pytest.mark.slow
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.types import Frame
-from handsim.viewing.film.furniture import draw_furniture, furniture_of
 from handsim.viewing.opengl.backend import (
     GLContext,
     choose_backend,
@@ -24,6 +23,7 @@ from handsim.viewing.opengl.backend import (
     gl_context,
     is_software,
 )
+from handsim.viewing.stage.furniture import draw_furniture, furniture_of
 
 _MAX_GEOMS = 4000
 _QUICK_SLICES, _QUICK_STACKS = 16, 10
@@ -39,7 +39,7 @@ class View:
     Attributes
     ----------
     camera
-        One of `handsim.viewing.film.camera.CAMERAS`, or the name of a camera in the model.
+        One of `handsim.viewing.stage.camera.CAMERAS`, or the name of a camera in the model.
     width, height
         Size of the picture [pixels].
     fps

@@ -17,9 +17,10 @@ from handsim.grasping.rollout.record import Rollout
 from handsim.hand.mjcf import build_hand
 from handsim.joints import JOINT_NAMES
 from handsim.types import Array, Frame, HandSize
-from handsim.viewing.film.clips import USUAL, Clip
-from handsim.viewing.film.lighting import light_any_hand
+from handsim.viewing.film.clip import Clip
+from handsim.viewing.film.clip_player import USUAL
 from handsim.viewing.film.overlay import draw_text
+from handsim.viewing.stage.lighting import light_any_hand
 
 TITLE = "the person's hand"
 _HEIGHT = 1.3

@@ -8,8 +8,8 @@ import numpy as np
 from handsim.hand.mjcf import build_hand
 from handsim.joints import JOINT_NAMES
 from handsim.types import MEDIAN_HAND, Array, HandSize
-from handsim.viewing.film.clips import Clip, Overlay
-from handsim.viewing.film.lighting import light_upright_hand
+from handsim.viewing.film.clip import Clip, Overlay
+from handsim.viewing.stage.lighting import light_upright_hand
 
 _UPRIGHT = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
 """Orientation of the hand: fingers to +z, palm to +x, thumb of the right hand to +y."""

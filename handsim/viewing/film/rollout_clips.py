@@ -10,11 +10,11 @@ from handsim.grasping.rollout.record import Rollout
 from handsim.joints import CONTACT_PARTS
 from handsim.tasks.grip_rules import MAX_MARGIN
 from handsim.tasks.table_one import task_by_name
-from handsim.viewing.film.clips import Clip, Overlay
+from handsim.viewing.film.clip import Clip, Overlay
 from handsim.viewing.film.force_bars import ForceBars
-from handsim.viewing.film.framing import Room
 from handsim.viewing.film.overlay import Caption, SubspaceInset, Verdict
 from handsim.viewing.film.person_clip import person_clip
+from handsim.viewing.stage.framing import Room
 
 BESIDE = ("chair", "side")
 """Views that are shown beside the usual one: in films the first, in contact sheets all."""

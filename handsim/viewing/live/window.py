@@ -18,8 +18,8 @@ from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
-from handsim.viewing.film.camera import Camera
 from handsim.viewing.film.posture_clips import posture_clip, posture_model
+from handsim.viewing.stage.camera import Camera
 
 RATE = 60.0
 """Pictures a second."""

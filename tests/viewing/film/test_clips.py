@@ -8,10 +8,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from handsim.errors import InputError
 from handsim.types import Frame
+from handsim.viewing.film.clip import Clip
+from handsim.viewing.film.clip_player import UNMOVED, Player
 from handsim.viewing.film.clips import (
-    UNMOVED,
-    Clip,
-    _Player,
     frame_times,
     render_clips,
     render_sheet,
@@ -67,7 +66,7 @@ def test_states_between_samples_lie_on_the_shortest_way(
     clip = lift(ball)
     sparse = Clip(ball, clip.time[[0, 10]], clip.qpos[[0, 10]])
     with open_offscreen(16, 16) as offscreen:
-        players = [_Player(each, offscreen, "fixed") for each in (clip, sparse)]
+        players = [Player(each, offscreen, "fixed") for each in (clip, sparse)]
         for player in players:
             player._pose(time)
     share = min(time, 1.0)

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from handsim.errors import InputError
-from handsim.viewing.film.camera import Camera
 from handsim.viewing.film.offscreen import View, open_offscreen, parse_size
+from handsim.viewing.stage.camera import Camera
 
 
 def started(model: mujoco.MjModel) -> mujoco.MjData:

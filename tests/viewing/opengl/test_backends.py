@@ -123,7 +123,7 @@ def test_drawing_costs_little_more_than_the_renderer_alone(backend: str) -> None
 import time as clock
 import mujoco
 from handsim.viewing.film.clips import render_clips
-from handsim.viewing.film.camera import Camera
+from handsim.viewing.stage.camera import Camera
 
 view = View("view", 640, 480, fps=30)
 model = clip.model

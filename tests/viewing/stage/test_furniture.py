@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 
 from handsim.tasks.scene import TABLE_TOP, build_scene
-from handsim.viewing.film.camera import Camera
-from handsim.viewing.film.furniture import draw_furniture, furniture_of
 from handsim.viewing.film.offscreen import open_offscreen
+from handsim.viewing.stage.camera import Camera
+from handsim.viewing.stage.furniture import draw_furniture, furniture_of
 
 
 @pytest.fixture(scope="module")

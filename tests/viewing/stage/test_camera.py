@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from handsim.errors import UnknownNameError
-from handsim.viewing.film.camera import CAMERAS, FOLLOW_TIME_S, Camera
+from handsim.viewing.stage.camera import CAMERAS, FOLLOW_TIME_S, Camera
 
 HAND = """
 <mujoco>

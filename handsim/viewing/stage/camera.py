@@ -13,7 +13,7 @@ import numpy as np
 from handsim.arm.arm_geometry import SHOULDER_OF_STATURE
 from handsim.errors import UnknownNameError
 from handsim.types import Array
-from handsim.viewing.film.framing import Framing
+from handsim.viewing.stage.framing import Framing
 
 CAMERAS: tuple[str, ...] = ("view", "front", "side", "palm", "top", "chair", "orbit", "follow")
 """Names of the cameras. All but the moving ones are the model's own where it has them."""

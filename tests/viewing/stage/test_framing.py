@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from handsim.types import Array
-from handsim.viewing.film.camera import Camera, standing_axes
-from handsim.viewing.film.framing import APART_M, Room, frame_movement
+from handsim.viewing.stage.camera import Camera, standing_axes
+from handsim.viewing.stage.framing import APART_M, Room, frame_movement
 
 SCENE = """
 <mujoco>

@@ -10,10 +10,11 @@ from handsim.grasping.rollout_file import read_rollout
 from handsim.tasks.scene import build_scene
 from handsim.tasks.table_one import task_by_name
 from handsim.types import HandSize
-from handsim.viewing.film.camera import Camera, direction_deg, eyes_of
-from handsim.viewing.film.clips import Clip, _Player
+from handsim.viewing.film.clip import Clip
+from handsim.viewing.film.clip_player import Player
 from handsim.viewing.film.offscreen import open_offscreen
 from handsim.viewing.film.rollout_clips import rollout_clip
+from handsim.viewing.stage.camera import Camera, direction_deg, eyes_of
 
 SCHEMAS = Path(__file__).parents[2] / "data" / "schemas"
 HAND = ("palm", "thumb", "index", "middle", "ring", "little")
@@ -22,7 +23,7 @@ HAND = ("palm", "thumb", "index", "middle", "ring", "little")
 def bodies_seen(clip: Clip, camera: str, time: float) -> tuple[npt.NDArray[np.str_], float]:
     """Name of the body in each pixel, row after row, and how far the camera is from the hand."""
     with open_offscreen(160, 120) as offscreen:
-        player = _Player(clip, offscreen, camera)
+        player = Player(clip, offscreen, camera)
         flags = player.scene._scene.flags
         for flag in (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR):
             flags[flag.value] = 1
