@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import typer
 
@@ -14,6 +14,7 @@ from handsim.cli.console import (
     say,
     say_json,
     say_table,
+    say_wrapped,
     writable,
 )
 from handsim.cli.recordings.calibrating import calibrate, map_
@@ -146,7 +147,7 @@ def _say_summary(summary: dict[str, Any]) -> None:
     ranges, rows = summary.pop("out_of_range"), summary.pop("recordings")
     medians = summary.pop("median_reach")
     for key, value in summary.items():
-        say(f"{key:>21}  {value}")
+        say_wrapped(_in_words(value), indent=23, first=f"{key:>21}  ")
     known = [f"{name} {value:.3g}" for name, value in medians.items() if math.isfinite(value)]
     say(f"{'median_reach':>21}  {', '.join(known)}")
     say_table(
@@ -178,6 +179,16 @@ def _say_summary(summary: dict[str, Any]) -> None:
                 seen.add((each["kind"], each["joint"]))
                 joint = f", {each['joint']}" if each["joint"] else ""
                 say(f"{row['name']}{joint}: {each['kind']}: {each['message']}")
+
+
+def _in_words(value: object) -> str:
+    """Return a value of the summary without brackets and quotes."""
+    if isinstance(value, dict):
+        entries = cast("dict[object, object]", value).items()
+        return ", ".join(f"{name} {each}" for name, each in entries) or "none"
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, cast("list[object]", value))) or "none"
+    return str(value)
 
 
 @app.callback(invoke_without_command=True)
