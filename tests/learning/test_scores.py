@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from handsim.errors import InputError
-from handsim.learning.certification import certify, not_arriving
+from handsim.learning.certification import _AT_ONCE, _lost_paths, certify, not_arriving
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
 from handsim.learning.learn import learn_controller
@@ -334,3 +334,28 @@ def test_numbers_of_objects_are_told_where_the_controller_knows_objects_by_them(
     assert by_width.predictor is not None
     assert by_width.predictor.objects[0].numbers == ("object_width_m",)
     assert evaluate(by_width, told).ratio == pytest.approx(names.ratio, abs=0.05)
+
+
+def test_each_destination_has_its_own_lost_starts_however_many_are_followed_at_once() -> None:
+    """A flow straight to the destination, but from above to destinations on the right."""
+
+    class Walled:
+        def directions(self, points: np.ndarray, goals: np.ndarray) -> np.ndarray:
+            away = goals - points
+            free = (goals[:, :1] < 0) | (points[:, 1:] < 0.5)
+            return free * away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
+
+    side = np.linspace(-1, 1, 15)
+    starts = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    goals = np.array([[-0.9, 0.0], [0.9, 0.0], [-0.5, -0.3], [0.5, 0.1]])
+    navigation = cast("NavigationFunction", Walled())
+    assert len(starts) * len(goals) > _AT_ONCE, "more than one part"
+    found = list(_lost_paths(navigation, goals, starts))
+    assert len(found) == 4
+    for goal, (lost, paths) in zip(goals, found, strict=True):
+        expected = starts[starts[:, 1] >= 0.5] if goal[0] > 0 else starts[:0]
+        np.testing.assert_array_equal(lost, expected)
+        begun = np.array([path.points[0] for path in paths]).reshape(-1, 2)
+        np.testing.assert_array_equal(begun, expected)
+        alone, _ = not_arriving(navigation, goal, starts)
+        np.testing.assert_array_equal(alone, lost)

@@ -154,7 +154,7 @@ class LivePage:
 
     def _add_controls(self) -> None:
         gui = self._server.gui
-        with gui.add_folder("Hand"):
+        with gui.add_folder("Hand", expand_by_default=False):
             length, breadth = round(1000 * MEDIAN_HAND.length), round(1000 * MEDIAN_HAND.breadth)
             self._length = gui.add_slider("length [mm]", *LENGTHS_MM, 1, length)
             self._breadth = gui.add_slider("breadth [mm]", *BREADTHS_MM, 1, breadth)
@@ -165,8 +165,8 @@ class LivePage:
             names = ("play", "pause", "replay")
             buttons = [gui.add_button(name) for name in names]
             self._slider = gui.add_slider("time [s]", 0.0, 1.0, 0.01, 0.0)
+            self._forces = gui.add_html("")
         self._status = gui.add_markdown("")
-        self._forces = gui.add_html("")
         reactions = (self._play, lambda: setattr(self, "_playing", False), self._replay)
         self._buttons = dict(zip(names, reactions, strict=True))
         self._pressed: dict[str, bool] = {}
