@@ -212,7 +212,7 @@ def test_mujoco_warp_moves_as_mujoco_does(grasp) -> None:
         worlds.ctrl.assign(grasp.ctrl[[first + tick for first in at]].astype(np.float32))
         for _ in range(5):
             mujoco_warp.step(there, worlds)
-        made.append(worlds.qpos.numpy())
+        made.append(worlds.qpos.numpy().copy())
     found = apart(model, stepped(model, grasp), np.stack(made, axis=1))
     for name, distance in found.items():
         assert distance < NEAR[name], found
