@@ -13,7 +13,6 @@ from handsim.learning.subspace import PostureSubspace
 from handsim.tasks.task import Step, Task
 from handsim.types import Array
 
-
 _SCALAR_LAST, _SCALAR_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]
 """Quaternions as SciPy has them, and as they are here: SciPy takes twice as long to exchange them,
 and fits make tens of thousands of poses."""
