@@ -11,11 +11,12 @@ from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_key import PlanKey, key_of
 from handsim.grasping.planning.plan_store import Note, PlanStore, StoredPlan, store_of
+from handsim.grasping.robots.robot_clearance import CLEARANCE, RISES
 from handsim.grasping.robots.robot_grip import GRIP_SETTINGS
 from handsim.grasping.robots.robot_movement import WIDER
 from handsim.grasping.robots.robot_planner import RobotGrasps, plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
-from handsim.grasping.robots.robot_start import ARRIVALS, clear_of_table
+from handsim.grasping.robots.robot_start import ARRIVALS, clear_of_table, palm_at_grasp
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
 from handsim.objects.object import GraspObject
@@ -94,20 +95,21 @@ class RobotGrasper:
             return stored.plan
         if self.note is not None:
             self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
-        started = self._start(task)
-        starts = [replace(started, arrive=arrive) for arrive in ARRIVALS]
-        plan, run = plan_robot_grasp(self.grasps, task, self.usual, starts)
+        plan, run = plan_robot_grasp(self.grasps, task, self.usual, self._starts(task))
         self.made[task.name] = made = StoredPlan(plan, run.outcome.success, key)
         if store is not None:
             store.keep(task.name, made, self.note)
         return plan
 
-    def _start(self, task: Task) -> GraspPlan:
-        """Return the plan of a person's hand with which a search begins."""
+    def _starts(self, task: Task) -> list[GraspPlan]:
+        """Return plans with which a search begins: by what a person's hand is told, and does."""
         of_person = replace(self.usual, base="arm")
-        plan = self.people.plan_for(task, Scene.build(task, of_person))
+        person = Scene.build(task, of_person)
+        told = self.people.plan_for(task, person)
+        done = replace(told, palm=palm_at_grasp(self.people(task, of_person)))
         scene = RobotScene.build(task, self.usual, self.robot)
-        return clear_of_table(self.grasps.retargeter, scene, plan)
+        clear = [clear_of_table(self.grasps.retargeter, scene, plan) for plan in (told, done)]
+        return [replace(plan, arrive=arrive) for plan in clear for arrive in ARRIVALS]
 
     def _store(self, key: PlanKey) -> PlanStore | None:
         """Return the store of this hand's plans."""
@@ -127,5 +129,5 @@ def _usual_key(
 def key_of_robot(scene: RobotScene) -> PlanKey:
     """Return the key of plans for a nominal scene with a robot hand."""
     key = key_of(scene)
-    settings = content_digest(key.physics, WIDER, OPENING_SCALE, GRIP_SETTINGS)
+    settings = content_digest(key.physics, WIDER, OPENING_SCALE, GRIP_SETTINGS, CLEARANCE, RISES)
     return replace(key, physics=settings)

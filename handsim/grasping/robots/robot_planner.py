@@ -6,11 +6,11 @@ were. Around that an evolutionary search varies destination, palm, squeeze, arri
 the person's hand.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
@@ -22,13 +22,14 @@ from handsim.grasping.planning.search import (
     shortened,
     tried_conditions,
 )
-from handsim.grasping.robots.robot_movement import robot_movement
+from handsim.grasping.robots.robot_clearance import cleared
+from handsim.grasping.robots.robot_movement import RobotMovement, robot_movement
 from handsim.grasping.robots.robot_run import simulate_robot
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_servos import RobotServos
 from handsim.grasping.robots.robot_start import palm_for
 from handsim.grasping.rollout.commands import Commands, expected_path
-from handsim.grasping.rollout.drivers import learned_driver
+from handsim.grasping.rollout.drivers import Driver, learned_driver
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.record import Rollout
 from handsim.joints import N_JOINTS
@@ -40,10 +41,31 @@ GENERATIONS = 7
 """Of the search."""
 ENOUGH = 0.0
 """Cost at which the search ends: every run holds, within all limits."""
+ATTEMPTS = 2
+"""Searches until a plan holds in its whole task."""
 N_PERTURBED = 2
 """Perturbed runs of every plan whose nominal run holds."""
 SQUEEZE_LAGS = 5.0
 """How much longer a robot squeezes than a person, in time constants of its servos."""
+
+
+@dataclass(frozen=True)
+class RobotTold:
+    """What a robot is told in a run, before anything disturbs it.
+
+    Attributes
+    ----------
+    driver
+        Of the person's hand.
+    commands
+        With the path of the robot's palm.
+    movement
+        Mapped to the robot.
+    """
+
+    driver: Driver
+    commands: Commands
+    movement: RobotMovement
 
 
 @dataclass(frozen=True)
@@ -62,6 +84,10 @@ class RobotGrasps:
 
     def run(self, scene: RobotScene, plan: GraspPlan, *, brief: bool = False) -> Rollout:
         """Grasp on a scene by the plan of a person's hand, which the robot follows."""
+        return self.run_told(scene, plan, self.told(scene, plan), brief=brief)
+
+    def told(self, scene: RobotScene, plan: GraspPlan) -> RobotTold:
+        """Return what the robot is told in all runs of a task by a plan, whatever disturbs them."""
         schedule = self.schedule(scene)
         # No lead: the robot's servos have their own.
         driver = learned_driver(
@@ -73,10 +99,16 @@ class RobotGrasps:
         q, x = driver.destination, movement.told[-1]
         palm = palm_for(self.retargeter, plan.palm, q, x, scene.gripping)
         pos, quat = expected_path(replace(plan, palm=palm), scene.task, schedule).poses(usual.times)
-        commands = replace(usual, palm_pos=pos, palm_quat=quat).disturbed(
-            scene.conditions, DataGlove()
-        )
-        return simulate_robot(scene, plan, driver, commands, movement, brief=brief)
+        pos = pos + Rotation.from_quat(quat, scalar_first=True).apply(movement.shift)
+        commands = replace(usual, palm_pos=pos, palm_quat=quat)
+        return RobotTold(driver, cleared(scene, commands, movement, arrival), movement)
+
+    def run_told(
+        self, scene: RobotScene, plan: GraspPlan, told: RobotTold, *, brief: bool = False
+    ) -> Rollout:
+        """Grasp on a scene by a plan of which it is known what the robot is told."""
+        commands = told.commands.disturbed(scene.conditions, DataGlove())
+        return simulate_robot(scene, plan, told.driver, commands, told.movement, brief=brief)
 
     def schedule(self, scene: RobotScene) -> Schedule:
         """Return the timing of a task, with a squeeze that lasts until slow servos have closed."""
@@ -86,11 +118,19 @@ class RobotGrasps:
         longer = round(SQUEEZE_LAGS * lag * RATE) / RATE  # whole readings
         return replace(usual, squeeze=usual.squeeze + longer)
 
-    def cost(self, scene: RobotScene, plan: GraspPlan) -> float:
-        """Return the cost of a run that ends once the object is lost."""
+    def costs(self, scenes: Sequence[RobotScene], plan: GraspPlan) -> Iterator[Callable[[], float]]:
+        """Yield what makes the runs of a plan, each of which ends once the object is lost.
+
+        Each returns its cost. The scenes are of one task.
+        """
         if refused(self.controller, plan):
-            return NO_WAY
-        return cost_of(self.run(scene, plan, brief=True), scene.task)
+            yield from (lambda: NO_WAY for _ in scenes)
+            return
+        told = self.told(scenes[0], plan)
+        for scene in scenes:
+            yield lambda scene=scene: cost_of(
+                self.run_told(scene, plan, told, brief=True), scene.task
+            )
 
 
 def plan_robot_grasp(
@@ -114,26 +154,31 @@ def plan_robot_grasp(
     starts
         Plans of this controller for a robot or a person's hand of the same side, palms included.
     generations
-        Of the search, which is made where the start does not hold with room to spare.
+        Of a search, which is made where the best start does not hold with room to spare.
     seed
-        Of the search.
+        Of the first search; what does not hold in its whole task is where another one begins.
     """
     robot = grasps.retargeter.robot
     tried = tried_conditions(conditions, N_PERTURBED)
     scenes = [RobotScene.build(shortened(task), each, robot) for each in tried]
 
     def cost(plan: GraspPlan) -> float:
-        return robust_cost([partial(grasps.cost, scene, plan) for scene in scenes])
+        return robust_cost(list(grasps.costs(scenes, plan)))
 
     box = destination_box(grasps.controller)
-    start = min(starts, key=cost)
+    whole = RobotScene.build(task, conditions, robot)
+    plan = min(starts, key=cost)
     size = len(grasps.controller.subspace.components_) + 9
-    _, point = minimise(
-        lambda x: cost(varied(grasps.controller, start, x, box)),
-        np.zeros(size),
-        generations=generations,
-        seed=seed,
-        enough=ENOUGH,
-    )
-    plan = varied(grasps.controller, start, point, box)
-    return plan, grasps.run(RobotScene.build(task, conditions, robot), plan)
+    attempt, run = 0, None
+    while run is None or (attempt < ATTEMPTS and not run.outcome.success):
+        start = plan
+        _, point = minimise(
+            lambda x, start=start: cost(varied(grasps.controller, start, x, box)),
+            np.zeros(size),
+            generations=generations,
+            seed=seed + attempt,
+            enough=ENOUGH,
+        )
+        plan = varied(grasps.controller, start, point, box)
+        attempt, run = attempt + 1, grasps.run(whole, plan)
+    return plan, run

@@ -7,11 +7,9 @@ force, in its own coordinates, and its base is put on the palm's path.
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections import deque
-from dataclasses import replace
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from handsim.grasping.plan import GraspPlan, Pose
 from handsim.grasping.robots.robot_grip import RobotGrip
@@ -55,7 +53,8 @@ def simulate_robot(
     plan
         Its palm is where the robot's palm is to be in the object's frame.
     driver, commands
-        What moved the person's hand, and what is known before the run (`Commands.disturbed`).
+        What moved the person's hand, and what is known before the run (`Commands.disturbed`), with
+        the path of the robot's palm.
     movement
         Mapped to the robot.
     brief
@@ -66,8 +65,6 @@ def simulate_robot(
     Rollout
         Its ``reading`` is the person's hand that the robot follows.
     """
-    turn = Rotation.from_quat(commands.palm_quat, scalar_first=True)
-    commands = replace(commands, palm_pos=commands.palm_pos + turn.apply(movement.shift))
     run = _Run(scene, commands, movement, plan.grip)
     n = run.make(brief)
     arrival = min(commands.arrival, n - 1)

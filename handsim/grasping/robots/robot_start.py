@@ -1,16 +1,20 @@
 """Where a robot's palm goes first: its fingertips where a person's pads are, clear of the table."""
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handsim.grasping.plan import GraspPlan, Pose
+from handsim.grasping.robots.robot_clearance import depth_in_table
 from handsim.grasping.robots.robot_movement import middle_between
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout.commands import expected_object
-from handsim.grasping.rollout.sensing import Sensors
+from handsim.grasping.rollout.record import Rollout
 from handsim.joints import FINGERS, Finger
 from handsim.retargeting.retarget import Retargeter
 from handsim.types import Array
@@ -59,6 +63,25 @@ def clear_of_table(retargeter: Retargeter, scene: RobotScene, plan: GraspPlan) -
     return min(found, key=lambda each: each[0])[1]
 
 
+def palm_at_grasp(run: Rollout) -> Pose:
+    """Return where a person's palm is when the squeeze begins, in the frame of the object.
+
+    That is not quite where it was told to be: a hand that lies on its object, or an arm, gave way.
+    """
+    model = run.model()
+    data = mujoco.MjData(model)
+    start = next(phase.start for phase in run.phases if phase.name == "squeeze")
+    data.qpos[:] = run.qpos[min(int(np.searchsorted(run.time, start)), len(run.time) - 1)]
+    mujoco.mj_kinematics(model, data)
+    grasped, palm = (
+        Pose(data.body(name).xpos.copy(), data.body(name).xquat.copy())
+        for name in ("object", "palm")
+    )
+    back = grasped.rotation.inv()
+    turn = (back * palm.rotation).as_quat(scalar_first=True)
+    return Pose(back.apply(palm.pos - grasped.pos), turn)
+
+
 def palm_for(
     retargeter: Retargeter, palm: Pose, q: Array, x: Array, fingers: Sequence[Finger]
 ) -> Pose:
@@ -100,9 +123,7 @@ def overlap_with_table(scene: RobotScene, palm: Pose, x: Array) -> float:
     x : (m,)
         Its coordinates.
     """
-    scene.pose(expected_object(scene.task) @ palm, x)
-    sensors = Sensors(scene.model)
-    return float(sensors.table(scene.data.sensordata[sensors.first :])[1])
+    return depth_in_table(scene, expected_object(scene.task) @ palm, x)
 
 
 def _corners(points: Array, directions: Array, backs: Array) -> Array:

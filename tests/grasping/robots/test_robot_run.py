@@ -114,6 +114,25 @@ def test_a_search_begins_with_the_better_start_and_keeps_it_where_it_holds(grasp
     np.testing.assert_allclose(run.qpos, held.qpos, atol=1e-6)
 
 
+def test_what_does_not_hold_is_searched_again_from_what_was_found(grasps, plan, monkeypatch):
+    off = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.2])))
+    seeds, begun = [], []
+
+    def search(cost, start, *, generations, seed, enough):
+        seeds.append(seed)
+        begun.append(cost(start))
+        lower = start.copy()
+        lower[5] = -0.1 / STEPS["shift"]  # half of the way each time
+        return cost(lower), lower
+
+    monkeypatch.setattr("handsim.grasping.robots.robot_planner.minimise", search)
+    found, run = plan_robot_grasp(grasps, TASK, FREE, [off], seed=5)
+    assert run.outcome.success
+    assert seeds == [5, 6]
+    assert min(begun) > 1.0
+    np.testing.assert_allclose(found.palm.pos, plan.palm.pos, atol=1e-9)
+
+
 def test_a_point_of_the_search_is_a_plan_in_its_steps(controller, plan):
     box = destination_box(controller)
     same = varied(controller, plan, np.zeros(12), box)
@@ -156,7 +175,10 @@ def test_a_plan_is_searched_once_and_kept_for_this_hand_alone(
     first = noting(TASK, Conditions())
     assert first.conditions.base == "free"
     np.testing.assert_array_equal(searched[0][0].palm.pos, plan.palm.pos)
-    assert [start.arrive for start in searched[0]] == [0.6, 0.85]
+    assert [start.arrive for start in searched[0]] == [0.6, 0.85, 0.6, 0.85]
+    away = [np.linalg.norm(start.palm.pos - plan.palm.pos) for start in searched[0]]
+    assert away[:2] == [0.0, 0.0]
+    assert 0.0 < away[2] == away[3] < 0.02  # where the person's palm came to
     assert said == ["plan of cube-raise is searched for this hand, which takes minutes"]
     again = replace(grasper, made={})(TASK, Conditions())  # from the file
     np.testing.assert_array_equal(again.qpos, first.qpos)

@@ -8,7 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.robots.robot_scene import RobotScene
-from handsim.grasping.robots.robot_start import CLEAR, clear_of_table, overlap_with_table, palm_for
+from handsim.grasping.robots.robot_start import (
+    CLEAR,
+    clear_of_table,
+    overlap_with_table,
+    palm_at_grasp,
+    palm_for,
+)
+from handsim.grasping.rollout.commands import expected_object
 from handsim.tasks.table_one import task_by_name
 
 FREE = Conditions(base="free")
@@ -72,3 +79,14 @@ def test_a_hand_in_the_table_is_turned_about_what_it_holds(robot, retargeter, pl
     assert before > 10 * CLEAR
     assert overlap_with_table(scene, found.palm, x) < before
     np.testing.assert_allclose(middle(found), middle(lying), atol=1e-9)
+
+
+def test_the_palm_of_a_run_is_where_it_was_in_the_frame_of_the_object(grasps, scene, plan):
+    run = grasps.run(scene, plan)
+    at = palm_at_grasp(run)
+    told = grasps.told(scene, plan).commands
+    row = round(next(p.start for p in run.phases if p.name == "squeeze") * 100)
+    on = expected_object(scene.task).rotation.inv()
+    np.testing.assert_allclose(at.pos, on.apply(told.palm_pos[row]), atol=3e-3)
+    wanted = on * Rotation.from_quat(told.palm_quat[row], scalar_first=True)
+    assert (at.rotation * wanted.inv()).magnitude() < np.deg2rad(3.0)
