@@ -41,8 +41,8 @@ def render(
     camera
         ``view``, ``front``, ``side``, ``palm``, ``top``, ``chair``, ``orbit``, ``follow``, or a
         camera of the model. Beside ``view`` a rollout's film has an inset of what the person sees
-        from the chair, and its contact sheet has rows of ``chair`` and ``side``. Of a robot hand the
-        inset is the person's hand that it follows, which is the sheet's last row.
+        from the chair, and its contact sheet has rows of ``chair`` and ``side``. Of a robot hand
+        the inset, and the last row, is the person's hand that it follows.
     size
         Width and height of the video, or of each picture of a contact sheet [pixels].
     fps

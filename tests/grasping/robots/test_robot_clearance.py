@@ -88,4 +88,4 @@ def test_fingers_that_reach_deeper_as_they_squeeze_count_too(scene, told):
     high = lowered(replace(told, commands=low), np.array([0.0, 0.0, deep - 0.002]))
     raised = cleared(scene, high, replace(told.movement, closing=deepest), 0.7)
     higher = raised.palm_pos - high.palm_pos
-    assert higher[action[0], 2] == pytest.approx(0.002 + CLEARANCE, abs=3e-4)
+    assert 0.002 + CLEARANCE - 1e-6 <= higher[action[0], 2] < 0.006
