@@ -124,28 +124,26 @@ def grasp(
     conditions = _conditions(hand_size(hand_length, hand_breadth, side), base, seed, friction)
     given: dict[str, object] = {"--up": up, "--scale": scale, "--mass": mass, "--pieces": pieces}
     _check_what(task, own, given, leave_out, replay=replay)
-    robot = robot_that_grasps(hand, name=controller, own=own, protocol=protocol, replay=replay)
+    robot = robot_that_grasps(hand, name=controller, protocol=protocol, replay=replay)
+    of_person = conditions if robot is None else person_beside(robot, conditions)
     said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}
     if own is None:
         tasks = _tasks(task or "", leave_out)
-        if robot is None:
-            grasper = _grasper(controller, conditions, leave_out, recordings, replay=replay)
-        else:
-            of_person = person_beside(robot, conditions)
-            people = _grasper(controller, of_person, leave_out, recordings, replay=False)
-            grasper = robot_grasper(robot, people, controller)
-            conditions = grasper.conditions_of(conditions)
-            said |= robot_as_dict(robot, hand)
+        grasper = _grasper(controller, of_person, leave_out, recordings, replay=replay)
         _make(output)
     else:
         with fraction_done("reading"):
             thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)
         say_assumed(thing)
-        planning = None if controller == DEMONSTRATOR else _planning(controller, conditions)
+        planning = None if controller == DEMONSTRATOR else _planning(controller, of_person)
         _make(output)
-        chosen = choose_grasp(thing, planning, conditions, jobs or default_jobs())
+        chosen = choose_grasp(thing, planning, of_person, jobs or default_jobs())
         tasks, grasper = [chosen.task], chosen.grasper
         said = {"object": as_dict(thing), **grasp_as_dict(chosen)}
+    if robot is not None:
+        grasper = robot_grasper(robot, grasper, controller)
+        conditions = grasper.conditions_of(conditions)
+        said |= robot_as_dict(robot, hand)
     started = perf_counter()
     judged = judge_runs(
         grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs or 1

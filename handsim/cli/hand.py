@@ -93,7 +93,7 @@ def _group(context: typer.Context) -> None:
 
 
 def robot_that_grasps(
-    file: Path | None, *, name: str | None, own: Path | None, protocol: str, replay: bool
+    file: Path | None, *, name: str | None, protocol: str, replay: bool
 ) -> "RobotHand | None":
     """Read a robot hand, if one is asked for and can do the rest, and say what was mended."""
     if file is None:
@@ -106,7 +106,6 @@ def robot_that_grasps(
     refused = {
         "the demonstrator is a script for a person's hand": name == DEMONSTRATOR,
         "--replay takes a person's destination": replay,
-        "--object is grasped with a person's hand": own is not None,
         "--protocol six-axis pulls at a person's grasp": protocol != "lift",
     }
     for reason in (reason for reason, asked in refused.items() if asked):

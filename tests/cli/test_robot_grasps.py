@@ -5,9 +5,11 @@ import shutil
 from dataclasses import replace
 
 import pytest
+import trimesh
 
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.trials import own_object
 from handsim.grasping.robots import robot_grasper
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout_file import read_rollout
@@ -71,7 +73,7 @@ def test_a_hand_grasps_and_its_plan_lies_beside_the_controller(run, hand, search
         (("demonstrator", "--task", "cube-raise"), "script for a person's hand"),
         (("--task", "cube-raise", "--replay"), "person's destination"),
         (("--task", "cube-raise", "--protocol", "six-axis"), "six-axis"),
-        (("--object", "thing.stl"), "--object is grasped with a person's hand"),
+        (("demonstrator", "--object", "thing.stl"), "script for a person's hand"),
     ],
 )
 def test_what_a_robot_hand_cannot_do_is_refused_in_a_line(run, hand, options, word):
@@ -92,3 +94,29 @@ def test_without_a_hand_nothing_is_said_of_one(run):
     said = run("grasp", "demonstrator", "--task", "cube-raise", "--json")
     assert "robot_hand" not in json.loads(said.out)
     assert Conditions().base == json.loads(said.out)["per_trial"][0]["base"]
+
+
+@pytest.mark.slow
+@pytest.mark.ci
+def test_an_own_thing_is_grasped_by_the_grasp_that_a_person_found(
+    run, hand, searched, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(own_object, "MOST_TRIED", 3)
+    monkeypatch.setattr(own_object, "N_COMPARED", 1)
+    trimesh.creation.box((0.055, 0.055, 0.055)).export(tmp_path / "block.stl")
+    own = tmp_path / "controller.npz"
+    shutil.copy(CONTROLLER, own)
+    asked = ("grasp", own, "--hand", hand, "--object", tmp_path / "block.stl", "--mass", "0.1")
+    first = run(*asked, "--jobs", "1", "--json", "-o", tmp_path / "out")
+    assert first.code == 0, first.err
+    said = json.loads(first.out)
+    assert said["nominal_success"]
+    assert said["task"] == searched[0] == "block-lift"
+    assert said["per_trial"][0]["base"] == "free"
+    assert said["object"]["name"] == "block"
+    assert said["robot_hand"]["fingers"] == list(FINGERS)
+    assert "chosen: block" in first.err
+    assert read_rollout(tmp_path / "out" / "block-lift.npz").outcome.success
+    again = json.loads(run(*asked, "--json").out)  # both plans lie beside the controller
+    assert len(searched) == 1
+    assert again["per_trial"] == said["per_trial"]
