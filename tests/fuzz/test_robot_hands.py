@@ -1,10 +1,17 @@
 """Damaged files of robot hands: they work, or are refused in one line, and soon."""
 
+import shutil
 import time
 
 from hypothesis import strategies as st
 
 from handsim.errors import HandsimError
+from handsim.files import data_folder
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.plan_store import shipped_plans
+from handsim.grasping.robots import robot_grasper
+from handsim.grasping.robots.robot_scene import RobotScene
+from handsim.learning.controller import GraspController
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 
@@ -45,6 +52,8 @@ fromto="0 0 0 .04 0 0" size=".007"/></body></body></worldbody>
 <tendon><fixed name="t"><joint joint="i1" coef="1"/><joint joint="i2" coef="1"/></fixed></tendon>
 <equality><joint joint1="t1" joint2="i1" polycoef="0 0.5 0 0 0"/></equality>
 <actuator><position tendon="t" kp="1" ctrlrange="0 3"/></actuator></mujoco>"""
+SERVOS = MJCF.replace("<actuator>", '<actuator><position joint="t1" kp="1" ctrlrange="0 1.6"/>')
+"""The same with a servo for every coordinate."""
 CUBE = "\n".join(
     [f"v {x} {y} {z}" for x in (0, 0.02) for y in (0, 0.02) for z in (0, 0.02)]
     + ["f 1 2 4", "f 1 4 3", "f 5 7 8", "f 5 8 6", "f 1 5 6", "f 1 6 2"]
@@ -122,3 +131,37 @@ def test_files_of_hands(sandbox):
     changed = damaged_bytes(TOML.encode())
     search(lambda c: check({"hand.urdf": urdf, "cube.obj": cube, "hand.toml": c}), changed, 5 * n)
     assert False in outcomes and outcomes.count(True) > 2
+
+
+def test_hands_that_grasp(sandbox, monkeypatch):
+    """Damaged hands through the whole command, each with a person's plan in place of a search."""
+    built_in = data_folder("assets") / "controller.npz"
+    controller = GraspController.load(built_in)
+    plan = shipped_plans(controller.digest, Conditions()).read()["cube-raise"]
+
+    def unsearched(grasps, task, conditions, starts):
+        scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
+        return starts[0], grasps.run(scene, starts[0])
+
+    monkeypatch.setattr(robot_grasper.RobotGrasper, "_starts", lambda self, task: [plan])
+    monkeypatch.setattr(robot_grasper, "plan_robot_grasp", unsearched)
+
+    def check(name: str, content: bytes) -> None:
+        sandbox.fresh()
+        own = sandbox.inputs / "controller.npz"
+        shutil.copy(built_in, own)
+        (sandbox.inputs / "cube.obj").write_text(CUBE)
+        hand = sandbox.inputs / name
+        hand.write_bytes(content)
+        start = time.monotonic()
+        sandbox.run("grasp", own, "--hand", hand, "--task", "cube-raise", "-o",
+                    sandbox.outputs / "run", "--json")  # fmt: skip
+        assert time.monotonic() - start < LONGEST_S
+
+    check("hand.urdf", URDF.encode())
+    check("hand.xml", SERVOS.encode())
+    assert sandbox.codes == [0, 0]
+    n = 6 if sandbox.cases == 1 else 50 * sandbox.cases
+    search(lambda content: check("hand.urdf", content), damaged_xml(URDF), n)
+    search(lambda content: check("hand.xml", content), damaged_xml(SERVOS), n)
+    assert 2 in sandbox.codes and sandbox.codes.count(0) > 2

@@ -48,6 +48,17 @@ def test_a_hand_without_actuators_gets_servos_for_what_moves_by_itself(tmp_path)
     assert model.actuator("index_1").ctrlrange == pytest.approx([0, 1.5])
 
 
+def test_what_has_no_name_is_given_one_that_is_not_taken(tmp_path):
+    text = """<mujoco><worldbody><body name="palm"><geom size=".02"/>
+    <body name="body 0"><joint name="joint 1"/><geom size=".01"/>
+    <body pos=".1 0 0"><joint/><geom size=".01"/></body></body></body></worldbody>
+    <actuator><position joint="joint 1"/><motor name="two" joint="joint 1"/></actuator></mujoco>"""
+    model = read_hand_file(written(tmp_path, text, "hand.xml")).model
+    assert bodies(model) == {"world", "palm", "body 0", "body 3"}
+    assert [model.joint(i).name for i in range(2)] == ["joint 1", "joint 2"]
+    assert [model.actuator(i).name for i in range(2)] == ["actuator 0", "two"]
+
+
 def test_an_inertia_that_no_body_has_is_balanced_with_a_note(tmp_path):
     file = read_hand_file(written(tmp_path, urdf(five_fingers(), inertia=BAD)))
     assert any("A + B >= C" in note and "'base'" in note for note in file.notes)

@@ -1,10 +1,11 @@
-"""Inertias that no body can have, joints without actuators, and quiet compilation."""
+"""Inertias that no body can have, joints without actuators or names, and quiet compilation."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
+from itertools import count
 
 import mujoco
 import numpy as np
@@ -100,6 +101,20 @@ def add_servos(spec: mujoco.MjSpec, model: mujoco.MjModel) -> list[str]:
     if not added:
         return []
     return [f"the file has no actuators; {added} position servos were added, named as the joints"]
+
+
+def give_names(spec: mujoco.MjSpec) -> None:
+    """Name bodies, joints and actuators that the file leaves without a name, by their number.
+
+    A scene that the hand is put into finds its parts by their names.
+    """
+    kinds = {"body": spec.bodies, "joint": spec.joints, "actuator": spec.actuators}
+    for kind, parts in kinds.items():
+        taken = {part.name for part in parts}
+        for i, part in enumerate(parts):
+            if not part.name:
+                part.name = next(n for k in count(i) if (n := f"{kind} {k}") not in taken)
+                taken.add(part.name)
 
 
 def _is_hinge(model: mujoco.MjModel, joint: int) -> bool:

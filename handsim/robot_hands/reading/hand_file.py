@@ -19,6 +19,7 @@ from handsim.robot_hands.reading._assets import Assets
 from handsim.robot_hands.reading._folders import UserFolders
 from handsim.robot_hands.reading._mending import (
     add_servos,
+    give_names,
     mend_inertia,
     quiet_compile,
     unheard_warnings,
@@ -128,6 +129,7 @@ def _read(root: ET.Element, file: Path, assets: Assets) -> HandFile:
     with unheard_warnings():
         text = ET.tostring(root, encoding="unicode")
         spec = mujoco.MjSpec.from_string(text, assets=assets.content)
+    give_names(spec)
     notes = mend_inertia(spec)
     for mesh in spec.meshes:
         if root.tag == "robot":  # whatever the direction of its triangles
