@@ -167,7 +167,7 @@ def plan_robot_grasp(
 
     box = destination_box(grasps.controller)
     whole = RobotScene.build(task, conditions, robot)
-    plan = min(starts, key=cost)
+    plan = _first_good(starts, cost)
     size = len(grasps.controller.subspace.components_) + 9
     attempt, run = 0, None
     while run is None or (attempt < ATTEMPTS and not run.outcome.success):
@@ -182,3 +182,13 @@ def plan_robot_grasp(
         plan = varied(grasps.controller, start, point, box)
         attempt, run = attempt + 1, grasps.run(whole, plan)
     return plan, run
+
+
+def _first_good(starts: Sequence[GraspPlan], cost: Callable[[GraspPlan], float]) -> GraspPlan:
+    """Return the first plan with which a search would end, else the one of least cost."""
+    costs: list[float] = []
+    for start in starts:
+        costs.append(cost(start))
+        if costs[-1] <= ENOUGH:
+            break
+    return starts[int(np.argmin(costs))]

@@ -1,11 +1,13 @@
 """Published robot hands hold a thing by a person's plan, before any search."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.fingertip_fit import mirrored
 from handsim.grasping.planning.plan_store import shipped_plans
 from handsim.grasping.robots.robot_planner import RobotGrasps
 from handsim.grasping.robots.robot_scene import RobotScene
@@ -14,6 +16,7 @@ from handsim.learning.controller import GraspController
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.tasks.table_one import task_by_name
+from handsim.types import MEDIAN_HAND
 
 HANDS = Path(__file__).parents[4] / "shared" / "data" / "robot_hands"
 
@@ -23,8 +26,9 @@ HANDS = Path(__file__).parents[4] / "shared" / "data" / "robot_hands"
     ("file", "name"),
     [
         ("wonik_allegro/right_hand.xml", "cube-raise"),
-        ("leap_hand/leap_hand_right.urdf", "tall-glass-drink"),
+        ("leap_hand/leap_hand_right.urdf", "tall-glass-side-move"),
         ("shadow_hand/right_hand.xml", "cup-top-move"),
+        ("shadow_hand/left_hand.xml", "cup-top-move"),
     ],
 )
 def test_a_published_hand_holds_by_the_plan_of_a_person(file: str, name: str) -> None:
@@ -34,7 +38,9 @@ def test_a_published_hand_holds_by_the_plan_of_a_person(file: str, name: str) ->
     plan = shipped_plans(controller.digest, Conditions()).read()[name]
     robot, task = RobotHand(HANDS / file), task_by_name(name)
     grasps = RobotGrasps(controller, Retargeter(robot, opening_scale=1.0))
-    scene = RobotScene.build(task, Conditions(base="free"), robot)
+    size = replace(MEDIAN_HAND, side=robot.side)
+    scene = RobotScene.build(task, Conditions(base="free", hand=size), robot)
+    plan = plan if robot.side == "right" else mirrored(plan)
     outcome = grasps.run(scene, clear_of_table(grasps.retargeter, scene, plan)).outcome
     assert outcome.success, (outcome.reason, outcome.detail)
     assert outcome.margin < 4.0

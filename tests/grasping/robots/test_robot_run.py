@@ -108,7 +108,8 @@ def test_latency_and_mass_change_a_run(grasps, robot, plan, held):
 
 def test_a_search_begins_with_the_better_start_and_keeps_it_where_it_holds(grasps, plan, held):
     off = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.1])))
-    found, run = plan_robot_grasp(grasps, TASK, FREE, [off, plan], generations=0)
+    untried = replace(plan, palm=None)  # the one before holds with room to spare
+    found, run = plan_robot_grasp(grasps, TASK, FREE, [off, plan, untried], generations=0)
     assert run.outcome.success
     np.testing.assert_allclose(found.palm.pos, plan.palm.pos)
     np.testing.assert_allclose(run.qpos, held.qpos, atol=1e-6)
