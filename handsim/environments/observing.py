@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from handsim.environments.entries import Entry
-from handsim.environments.episode import Episode
+from handsim.environments.grasp_episode import GraspEpisode
 from handsim.grasping.plan import Schedule, schedule_for
 from handsim.grasping.rollout.commands import read_at
 from handsim.grasping.rollout.compiled_scene import Scene
@@ -77,11 +77,11 @@ class Observer:
         self._shares = _shares(schedule_for(scene.task))
         self._first: list[list[float]] = []
 
-    def begin(self, episode: Episode) -> None:
+    def begin(self, episode: GraspEpisode) -> None:
         """Remember where the objects are at the start of the runs."""
         self._first = [episode.sensors.posed(row.values)["object_pos"] for row in episode.rows]
 
-    def look(self, episode: Episode) -> tuple[Array, list[Felt]]:
+    def look(self, episode: GraspEpisode) -> tuple[Array, list[Felt]]:
         """Return observations at the reading that runs are at, (n, size), and what is felt."""
         sensors, rows = episode.sensors, episode.rows
         places, n = self._places, len(rows)

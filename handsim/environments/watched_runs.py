@@ -8,7 +8,7 @@ import numpy as np
 
 from handsim.environments.asked import Grasped
 from handsim.environments.entries import ActionKind, action_entry, observation_entries
-from handsim.environments.episode import Episode
+from handsim.environments.grasp_episode import GraspEpisode
 from handsim.environments.observing import Observer
 from handsim.environments.rewards import PARTS, DenseReward
 from handsim.errors import UnknownNameError
@@ -89,7 +89,9 @@ class WatchedRuns:
         """Begin runs under conditions, one each; return observations by name, (n, ...) each."""
         known, scenes = self.known, self._scenes_for(conditions)
         self.scene = scenes[0]
-        self.episode = Episode(scenes, known.plan, known.controller, self._kind, brief=self._brief)
+        self.episode = GraspEpisode(
+            scenes, known.plan, known.controller, self._kind, brief=self._brief
+        )
         self._observer = Observer(self.scene, self.observation_meaning, self._goal, known.need)
         self._observer.begin(self.episode)
         self._latest, _ = self._observer.look(self.episode)

@@ -15,6 +15,7 @@ from handsim.recordings.folder import read_recordings
 from handsim.retargeting import retarget
 from handsim.retargeting.retarget import SETTLING, Retargeter, Weights, human_hand
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.retargeting.solving.movement_fit import Movement
 from handsim.retargeting.solving.residuals import Residuals
 from handsim.types import HandSize
 
@@ -446,3 +447,15 @@ def test_published_hands_open_as_the_person_does(file, most):
     assert result.penetration.max() <= 0.002
     assert np.isfinite(result.commands).all()
     assert result.matched.all(), result.reason
+
+
+def test_stretches_that_are_fitted_at_once_do_not_bind_one_another():
+    whole = Movement(0.5, 10.0, np.full((5, 2), 0.1))
+    x = np.array([[0.0, 0.0], [0.05, 0.0], [3.0, 1.0], [3.3, 1.0]])
+    part = whole.part(np.array([0, 1, 4, 5]))
+    bound = 0.5 * np.array([(0.5 * 0.05) ** 2, 0.0, (0.5 * 0.3) ** 2 + (10.0 * 0.2) ** 2])
+    np.testing.assert_allclose(part.cost(x), bound)
+    gradient, curvature = part.slopes(x)
+    np.testing.assert_array_equal(gradient[1], 0.0)
+    np.testing.assert_array_equal(curvature[1], 0.0)
+    assert (curvature[[0, 2]] > 0).all()

@@ -28,7 +28,7 @@ class Row(NamedTuple):
     qpos: Array
 
 
-class Episode:
+class GraspEpisode:
     """Runs of `handsim grasp` whose fingers a policy commands; they differ in conditions alone.
 
     Parameters
