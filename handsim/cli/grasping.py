@@ -123,11 +123,6 @@ def grasp(
     from handsim.objects.mesh_import import read_object
 
     conditions = _conditions(hand_size(hand_length, hand_breadth, side), base, seed, friction)
-<<<<<<< HEAD
-=======
-    given: dict[str, object] = {"--up": up, "--scale": scale, "--mass": mass, "--pieces": pieces}
-    _check_what(task, own, given, leave_out, replay=replay)
->>>>>>> robot18
     robot = robot_that_grasps(hand, name=controller, protocol=protocol, replay=replay)
     of_person = conditions if robot is None else person_beside(robot, conditions)
     said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}

@@ -95,13 +95,9 @@ class RobotGrasper:
             return stored.plan
         if self.note is not None:
             self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
-<<<<<<< HEAD
         starts = self._starts(task)
         with self.people.planning(f"planning {task.name}") as progress:
             plan, run = plan_robot_grasp(self.grasps, task, self.usual, starts, progress=progress)
-=======
-        plan, run = plan_robot_grasp(self.grasps, task, self.usual, self._starts(task))
->>>>>>> robot18
         self.made[task.name] = made = StoredPlan(plan, run.outcome.success, key)
         if store is not None:
             store.keep(task.name, made, self.note)

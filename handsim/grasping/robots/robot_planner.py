@@ -161,11 +161,8 @@ def plan_robot_grasp(
         Of a search, which is made where the best start does not hold with room to spare.
     seed
         Of the first search; what does not hold in its whole task is where another one begins.
-<<<<<<< HEAD
     progress
         Called with the fraction done, as far as can be told (`search.Estimate`).
-=======
->>>>>>> robot18
     """
     robot = grasps.retargeter.robot
     tried = tried_conditions(conditions, N_PERTURBED)
@@ -175,13 +172,9 @@ def plan_robot_grasp(
     estimate.expect(len(starts) + most)
 
     def cost(plan: GraspPlan) -> float:
-<<<<<<< HEAD
         found = robust_cost(list(grasps.costs(scenes, plan)))
         estimate.step()
         return found
-=======
-        return robust_cost(list(grasps.costs(scenes, plan)))
->>>>>>> robot18
 
     box = destination_box(grasps.controller)
     whole = RobotScene.build(task, conditions, robot)
@@ -190,11 +183,8 @@ def plan_robot_grasp(
     attempt, run = 0, None
     while run is None or (attempt < ATTEMPTS and not run.outcome.success):
         start = plan
-<<<<<<< HEAD
         if attempt:
             estimate.expect(most)
-=======
->>>>>>> robot18
         _, point = minimise(
             lambda x, start=start: cost(varied(grasps.controller, start, x, box)),
             np.zeros(size),
