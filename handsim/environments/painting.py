@@ -7,8 +7,9 @@ from contextlib import ExitStack
 import mujoco
 
 from handsim.types import Array, Frame
-from handsim.viewing.film.offscreen import Camera, View, open_offscreen
+from handsim.viewing.film.offscreen import View, open_offscreen
 from handsim.viewing.opengl.backend import choose_backend
+from handsim.viewing.stage.camera import Camera
 
 
 class Painter:
