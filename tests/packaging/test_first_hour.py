@@ -70,10 +70,6 @@ def bring(folder: Path) -> None:
 def run(handsim: Path, line: str, folder: Path) -> tuple[int, str, str, float]:
     """Run a command; return code, output, errors and the longest silence [s]."""
     environment = {name: os.environ[name] for name in KEPT if name in os.environ}
-    process = subprocess.Popen(
-        [handsim, *shlex.split(line)], cwd=folder, env=environment,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1,
-    )  # fmt: skip
     heard, said = [perf_counter()], ([], [])
 
     def listen(stream, lines) -> None:
@@ -81,13 +77,17 @@ def run(handsim: Path, line: str, folder: Path) -> tuple[int, str, str, float]:
             lines.append(each)
             heard.append(perf_counter())
 
-    streams = (process.stdout, process.stderr)
-    listeners = [Thread(target=listen, args=each) for each in zip(streams, said, strict=True)]
-    for each in listeners:
-        each.start()
-    for each in listeners:
-        each.join()
-    code = process.wait()
+    with subprocess.Popen(
+        [handsim, *shlex.split(line)], cwd=folder, env=environment,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1,
+    ) as process:  # fmt: skip
+        streams = (process.stdout, process.stderr)
+        listeners = [Thread(target=listen, args=each) for each in zip(streams, said, strict=True)]
+        for each in listeners:
+            each.start()
+        for each in listeners:
+            each.join()
+        code = process.wait()
     heard.append(perf_counter())
     return code, "".join(said[0]), "".join(said[1]), float(np.diff(np.sort(heard)).max())
 
