@@ -6,7 +6,6 @@ last bits.
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,6 +16,7 @@ from handsim.baseline.scene_arrays import scene_arrays
 from handsim.digests import content_digest
 from handsim.files import read_archive
 from handsim.grasping.plan import GraspPlan, schedule_for
+from handsim.grasping.planning.plan_key import task_content
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.learning.controller import SCHEMA, GraspController
@@ -61,9 +61,7 @@ def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
         f"scene {group}/{name}": content_digest(*map(_measured, arrays))
         for group, arrays in scene_arrays(scene.hand.model).items()
     }
-    task = {field.name: getattr(scene.task, field.name) for field in fields(scene.task)}
-    task.pop("own_object")  # what is grasped is in the scene
-    hashes[f"task/{name}"] = content_digest(task)
+    hashes[f"task/{name}"] = content_digest(task_content(scene.task))
     hashes[f"schedule/{name}"] = content_digest(schedule_for(scene.task))
     hashes[f"plan/{name}"] = content_digest(plan)
     hashes[f"glove/{name}"] = content_digest(DataGlove())

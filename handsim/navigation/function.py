@@ -17,7 +17,6 @@ from functools import cached_property
 from math import exp, inf, log
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
 
 from handsim.errors import InputError
 from handsim.navigation.metric import DestinationMetric
@@ -199,6 +198,8 @@ def _metric_of_one(metric: DestinationMetric) -> Callable[[Array], Array]:
     # -|z_goal - z_j|^2 / (2 reach^2) = slopes z_goal + offsets - half |z_goal|^2
     half = 0.5 / metric.reach**2
     slopes, offsets = 2.0 * half * metric.centres, -half * (metric.centres**2).sum(axis=1)
+    from scipy.linalg import get_lapack_funcs
+
     (syev,) = get_lapack_funcs(("syev",))  # three times as fast as numpy.linalg.eigh
     latest: list[tuple[bytes, Array]] = []
 

@@ -231,8 +231,9 @@ def test_from_the_suite_of_a_user(movements, controller, tmp_path):
         assert_as_baseline(other, path)
     lines = str(failed.value).splitlines()
     assert "findings in" in lines[0]
-    assert any(line.startswith("movement") and "deg at" in line for line in lines)
-    assert any(line.startswith("input") and "coefficients" in line for line in lines)
+    assert lines[1].startswith("option common 0.3 in the baseline, none now")
+    assert "the worst movement movement/" in lines[1]
+    assert "deg at" in lines[1]
 
 
 def test_answers_are_of_the_recorded_questions(controller, plans):

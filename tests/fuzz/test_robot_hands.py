@@ -139,7 +139,7 @@ def test_hands_that_grasp(sandbox, monkeypatch):
     controller = GraspController.load(built_in)
     plan = shipped_plans(controller.digest, Conditions()).read()["cube-raise"]
 
-    def unsearched(grasps, task, conditions, starts):
+    def unsearched(grasps, task, conditions, starts, *, progress):
         scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
         return starts[0], grasps.run(scene, starts[0])
 

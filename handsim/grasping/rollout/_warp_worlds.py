@@ -28,6 +28,7 @@ MOST_CONTACTS = 100
 _MOST_ROWS = 4 * MOST_CONTACTS
 """Rows of its constraints: four a contact."""
 _STATE = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat")
+_FOUND = ("qpos", "qvel", "sensordata", "site_xpos")
 _BAD_CONTROL = int(mujoco.mjtWarning.mjWARN_BADCTRL)
 _BAD_POSITION = int(mujoco.mjtWarning.mjWARN_BADQPOS)
 
@@ -77,7 +78,7 @@ class WarpWorlds(Simulations):
         self._first_qpos = np.array([model.qpos0 for model in models])
         self._host: dict[str, Array] = {
             name: np.zeros(getattr(self._device, name).numpy().shape)
-            for name in (*_STATE, "sensordata")
+            for name in {*_STATE, *_FOUND}
         }
         warnings = np.zeros((n, mujoco.mjtWarning.mjNWARNING), dtype=np.int32)
         super().__init__(scenes[0], self._host.__getitem__, warnings)
@@ -122,7 +123,7 @@ class WarpWorlds(Simulations):
                 getattr(self._device, name).assign(self._host[name].astype(np.float32))
 
     def _download(self) -> None:
-        for name in ("qpos", "qvel", "sensordata"):
+        for name in _FOUND:
             self._host[name][:] = getattr(self._device, name).numpy()
 
     def _put_back(self) -> None:

@@ -53,7 +53,7 @@ def put_model(model: mujoco.MjModel, batch_sizes: dict[str, int]) -> SimpleNames
 
 def make_data(model: mujoco.MjModel, nworld: int, nconmax: int, njmax: int) -> SimpleNamespace:
     worlds = [mujoco.MjData(model) for _ in range(nworld)]
-    names = (*STATE, "sensordata")
+    names = (*STATE, "sensordata", "site_xpos")
     rows = {name: Rows([getattr(each, name) for each in worlds]) for name in names}
     overflow = Rows(np.zeros(nworld), np.int32)
     return SimpleNamespace(worlds=worlds, overflow=overflow, room=nconmax, **rows)
@@ -83,7 +83,7 @@ def _each(model: SimpleNamespace, data: SimpleNamespace, move) -> None:
             OverflowType.NEFC if world.ncon > data.room else 0
         )
     data.overflow.assign(overflow)
-    for name in ("qpos", "qvel", "sensordata"):
+    for name in ("qpos", "qvel", "sensordata", "site_xpos"):
         values = [getattr(world, name) for world in data.worlds]
         getattr(data, name).assign(np.array(values, dtype=np.float32))
 

@@ -64,9 +64,9 @@ save_clips([clip], f"{folder}/a.png", view, n_postures=6)
 save_clips([clip, clip], f"{folder}/two.mp4", view, columns=2)
 """
     run(backend, code, str(target))
-    for name in ("a.mp4", "two.mp4", "a.gif"):
+    for name, width in (("a.mp4", 160), ("two.mp4", 2 * 160 + 2), ("a.gif", 160)):
         frames = np.array(read_video(target / name)[1])
-        assert frames.shape == (21, 120, 160, 3)
+        assert frames.shape == (21, 120, width, 3)
         assert all(np.ptp(frame) > 100 for frame in frames), "none is blank"
         steps = np.abs(np.diff(frames.astype(int), axis=0)).mean(axis=(1, 2, 3))
         assert steps.min() > 0.1, "none is like the one before"

@@ -16,6 +16,7 @@ import os, signal
 import mujoco
 from handsim.errors import RenderingError
 from handsim.viewing.film import offscreen as offscreen
+from handsim.viewing.stage.camera import Camera
 
 MODEL = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
 
@@ -23,7 +24,7 @@ def ours():
     with offscreen.open_offscreen(32, 32) as opened:
         data = mujoco.MjData(MODEL)
         mujoco.mj_forward(MODEL, data)
-        opened.add(MODEL).draw(data, offscreen.Camera(MODEL, data, "front").view)
+        opened.add(MODEL).draw(data, Camera(MODEL, data, "front").view)
 
 def mujocos():
     with mujoco.Renderer(MODEL, 32, 32) as renderer:
