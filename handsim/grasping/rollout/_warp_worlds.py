@@ -77,8 +77,7 @@ class WarpWorlds(Simulations):
         self._incomplete = int(full.ALL) & ~int(full.ITERATIONS)
         self._first_qpos = np.array([model.qpos0 for model in models])
         self._host: dict[str, Array] = {
-            name: np.zeros(getattr(self._device, name).numpy().shape)
-            for name in {*_STATE, *_FOUND}
+            name: np.zeros(getattr(self._device, name).numpy().shape) for name in {*_STATE, *_FOUND}
         }
         warnings = np.zeros((n, mujoco.mjtWarning.mjNWARNING), dtype=np.int32)
         super().__init__(scenes[0], self._host.__getitem__, warnings)
