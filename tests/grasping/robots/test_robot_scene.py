@@ -8,10 +8,15 @@ import numpy as np
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.robots.robot_scene import PREFIX, RobotScene
+from handsim.grasping.rollout.compiled_scene import front_end
 from handsim.grasping.rollout.sensing import Sensors
+from handsim.hand.export import write_hand
 from handsim.joints import CONTACT_PARTS, FINGERS
+from handsim.objects.mirror import mirrored
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames
 from handsim.tasks.table_one import task_by_name
+from handsim.types import MEDIAN_HAND
 
 TASK, FREE = task_by_name("cube-raise"), Conditions(base="free")
 
@@ -78,3 +83,15 @@ def test_the_xml_needs_no_file_and_is_the_same_model(scene):
 def test_the_parts_of_the_hand_are_told_apart_by_the_sensors(scene):
     parts = {CONTACT_PARTS[i] for i in Sensors(scene.model)._parts}
     assert parts == set(CONTACT_PARTS)
+
+
+def test_a_left_robot_meets_what_the_scene_says_it_does(tmp_path):
+    """Of a handed object the mirror image, here and in what is told of the scene."""
+    file = write_hand(replace(MEDIAN_HAND, side="left"), tmp_path / "hand")
+    tips = {finger: AttachedFrame(f"{finger}_pad") for finger in FINGERS}
+    left = RobotHand(file, frames=HandFrames(AttachedFrame("palm"), tips, side="left"))
+    task = task_by_name("scissors-use")
+    scene = RobotScene.build(task, FREE, left)
+    assert scene.object == scene.task.object == mirrored(task.object) != task.object
+    np.testing.assert_array_equal(scene.front, front_end(mirrored(task.object)))
+    assert not np.allclose(scene.front, front_end(task.object))
