@@ -109,7 +109,7 @@ def test_a_left_hand_grasps_the_thing_of_the_file_and_says_so_in_its_frame(
     opposition = turn.T @ site.xmat.reshape(3, 3)[:, 0]
     np.testing.assert_allclose(opposition, grasp["opposition"], atol=1e-6)
     assert abs(grasp["point_m"][1]) > 1e-3  # otherwise a mirror would show the same
-    groups, z = np.uint8([0, 0, 1, 1, 0, 0]), 0.035
+    groups, z = np.array([0, 0, 1, 1, 0, 0], dtype=np.uint8), 0.035
     for y, half in ((-0.03, 0.019429), (0.03, 0.012571)):
         start = body.xpos + turn @ np.array([0.1, y, z])
         depth = mujoco.mj_ray(model, data, start, turn @ np.array([-1.0, 0, 0]), groups, 1, -1, hit)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 import pytest
 import trimesh
 
@@ -21,7 +22,7 @@ from handsim.types import Array, HandSize
 
 LEFT = Conditions(hand=HandSize(side="left"), base="free")
 MIRROR = np.array([1.0, -1.0, 1.0])
-DRAWN, TOUCHED = np.uint8([0, 0, 1, 0, 0, 0]), np.uint8([0, 0, 0, 1, 0, 0])
+DRAWN, TOUCHED = np.eye(6, dtype=np.uint8)[2:4]
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,7 @@ def test_a_left_hand_meets_the_object_as_it_is(pegged: GraspObject, scene: Scene
     assert object_content(scene.object)["shapes"][1:] == object_content(pegged)["shapes"][1:]
 
 
-def silhouette(scene: Scene, group: Array, seen: Array | float = 1.0) -> Array:
+def silhouette(scene: Scene, group: npt.NDArray[np.uint8], seen: Array | float = 1.0) -> Array:
     """Return how far level rays in the object's frame get to it, 1 where they miss it [m]."""
     model, data = scene.model, mujoco.MjData(scene.model)
     mujoco.mj_forward(model, data)
@@ -95,7 +96,6 @@ def test_its_grasps_are_the_right_hands_on_the_mirror_image(
     of_right = propose_grasps(pegged)
     assert {palm(each.grasp) for each in of_right if each.grasp.kind == "side"} == {1.0}
     assert {palm(each.grasp) for each in proposals if each.grasp.kind == "side"} == {-1.0}
-    assert not any(np.signbit(v) and not v for each in proposals for v in each.grasp.point)
 
 
 def palm(grasp: Grasp) -> float:
@@ -108,6 +108,7 @@ def test_the_grasps_lie_on_what_is_on_the_table(
     pegged: GraspObject, proposals: tuple[Proposal, ...]
 ) -> None:
     """Of a right hand's grasps, mirrored on the same object, some would not."""
+    assert lift_task(pegged, side="left").for_side("left").grasp == proposals[0].grasp
     for proposal in proposals[:8]:
         task = lift_task(pegged, proposal.grasp, side="left")
         assert task.for_side("left").grasp == proposal.grasp

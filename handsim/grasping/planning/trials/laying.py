@@ -30,8 +30,8 @@ TURNS_DEG = tuple(45.0 * i for i in range(8))
 class LaidGrasp:
     """A proposal, and the task of raising the object by it as it is laid for it.
 
-    The proposal is in the frame of the object as it is. The task is written for the right hand, that
-    of a left hand with the mirror image of both (`lift_task`).
+    The proposal is in the frame of the object as it is. The task is written for the right hand;
+    that of a left hand is of the mirror image of both (`lift_task`).
     """
 
     proposal: Proposal
