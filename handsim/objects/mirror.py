@@ -5,6 +5,7 @@ A hammer's is the hammer turned over. That of scissors is a pair for left-hander
 
 from dataclasses import replace
 
+from handsim.objects.grasp import Grasp
 from handsim.objects.object import Collider, GraspObject, Hinge, Link, Piece, Vec3
 
 
@@ -18,10 +19,21 @@ def mirrored(grasp_object: GraspObject) -> GraspObject:
     return replace(grasp_object, pieces=pieces, colliders=colliders, links=links)
 
 
+def mirrored_grasp(grasp: Grasp) -> Grasp:
+    """Return the other hand's grasp of the mirror image of what is grasped."""
+    return replace(
+        grasp,
+        point=reflected(grasp.point),
+        opposition=reflected(grasp.opposition),
+        approach=reflected(grasp.approach),
+        pointing=grasp.pointing and reflected(grasp.pointing),
+    )
+
+
 def reflected(vector: Vec3) -> Vec3:
     """Return a point or direction as a mirror shows it."""
     x, y, z = vector
-    return (x, -y, z)
+    return (x, 0.0 - y, z)  # never -0, which would be told of a grasp
 
 
 def reflected_axis(axis: Vec3) -> Vec3:

@@ -7,7 +7,7 @@ worth trying in physics.
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from handsim.errors import InputError
 from handsim.objects.closure import disturbances, firmness
 from handsim.objects.convex_solid import ConvexSolid
 from handsim.objects.grasp import Grasp
+from handsim.objects.mirror import mirrored, mirrored_grasp
 from handsim.objects.mjcf import centre_of_mass
 from handsim.objects.object import GraspObject
 from handsim.objects.proposal_families import (
@@ -25,7 +26,7 @@ from handsim.objects.proposal_families import (
     grasps_of,
     opposed_surfaces,
 )
-from handsim.types import Array
+from handsim.types import Array, Side
 
 __all__ = ["MOST_TRIED", "REACH", "WIDTH_RANGE", "Proposal", "propose_grasps", "short_list"]
 
@@ -51,7 +52,7 @@ class Proposal:
     Attributes
     ----------
     grasp
-        In the object frame.
+        In the object frame, for the hand that was asked for.
     facing_deg
         Angle between opposition and surface normals, the larger of two [deg].
     lever
@@ -78,14 +79,24 @@ class Proposal:
         return self.grasp.kind, len(self.grasp.fingers), self.grasp.width < THIN
 
 
-def propose_grasps(grasp_object: GraspObject) -> tuple[Proposal, ...]:
+def propose_grasps(grasp_object: GraspObject, side: Side = "right") -> tuple[Proposal, ...]:
     """Return grasps between opposed surfaces, the most promising first.
+
+    Parameters
+    ----------
+    grasp_object
+    side
+        Of the hand. A left hand's grasps are those of a right hand on the mirror image of the
+        object, shown by the mirror.
 
     Raises
     ------
     InputError
         If the object offers none.
     """
+    if side == "left":
+        of_image = propose_grasps(mirrored(grasp_object))
+        return tuple(replace(each, grasp=mirrored_grasp(each.grasp)) for each in of_image)
     solid, centre = ConvexSolid.of(grasp_object), centre_of_mass(grasp_object)
     pairs = _thinned(opposed_surfaces(solid, centre), centre)
     lever = np.linalg.norm(pairs.point - centre, axis=1)

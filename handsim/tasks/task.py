@@ -14,7 +14,7 @@ from typing import Literal
 from handsim.joints import Finger
 from handsim.objects.catalogue import OBJECTS
 from handsim.objects.grasp import Grasp
-from handsim.objects.mirror import mirrored, reflected, reflected_axis
+from handsim.objects.mirror import mirrored, mirrored_grasp, reflected, reflected_axis
 from handsim.objects.object import GraspObject, Vec3
 from handsim.types import Side
 
@@ -119,7 +119,8 @@ class Task:
     start_deg
         Angles of its hinges before the grasp, by name, where they are not 0.
     own_object
-        The object itself where it is not a built-in one.
+        The object itself where it is not a built-in one. For a left hand it is the mirror image of
+        what lies on the table, and `handed` (`handsim.tasks.lift.lift_task`).
     mirrored
         Whether the object's mirror image is grasped in its place.
     """
@@ -152,13 +153,6 @@ class Task:
         """
         if side == "right":
             return self
-        grasp = replace(
-            self.grasp,
-            point=reflected(self.grasp.point),
-            opposition=reflected(self.grasp.opposition),
-            approach=reflected(self.grasp.approach),
-            pointing=self.grasp.pointing and reflected(self.grasp.pointing),
-        )
         steps = tuple(_mirror_step(step, self.action) for step in self.steps)
         pressed = tuple(
             replace(each, fingers=tuple(map(self._mirror_finger, each.fingers)))
@@ -167,7 +161,7 @@ class Task:
         rule = replace(self.rule, pressed=pressed)
         return replace(
             self,
-            grasp=grasp,
+            grasp=mirrored_grasp(self.grasp),
             steps=steps,
             rule=rule,
             yaw_deg=-self.yaw_deg,

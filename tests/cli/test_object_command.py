@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import trimesh
@@ -81,6 +82,38 @@ def test_an_own_object_is_grasped_and_the_choice_is_said(run, can, tmp_path, qui
     assert (verdict["grasps_tried"], verdict["grasps_held_by_script"]) == (3, 2)
     assert verdict["object"]["mass_kg"] == 0.35
     assert read_rollout(out / "can-lift.npz").outcome.success
+
+
+def test_a_left_hand_grasps_the_thing_of_the_file_and_says_so_in_its_frame(
+    run, tmp_path, quick, monkeypatch
+):
+    """A wedge, wide at -y and narrow at +y, as it lies in the rollout and in what is said."""
+    monkeypatch.setattr(own_object, "MOST_TRIED", 1)
+    monkeypatch.setattr(own_object, "STEADY", 99.0)
+    monkeypatch.setattr(own_object, "N_PERTURBED", 0)
+    corners = [(x, y, z) for x, y in ((-20, -30), (20, -30), (12, 40), (-12, 40)) for z in (0, 70)]
+    wedge = trimesh.convex.convex_hull(np.array(corners))
+    wedge.export(tmp_path / "wedge.stl")
+    said = run("grasp", "demonstrator", "--object", tmp_path / "wedge.stl", "--up", "z",
+               "--mass", "0.1", "--side", "left", "--base", "free", "--jobs", "1",
+               "-o", tmp_path / "out", "--json")  # fmt: skip
+    assert said.code == 0, said.err
+    grasp = said.json()["grasp"]
+    rollout = read_rollout(tmp_path / "out" / "wedge-lift.npz")
+    model, data = rollout.model(), mujoco.MjData(rollout.model())
+    mujoco.mj_forward(model, data)
+    body, hit = data.body("object"), np.zeros(1, np.int32)
+    turn = body.xmat.reshape(3, 3)
+    site = data.site("grasp")
+    np.testing.assert_allclose(turn.T @ (site.xpos - body.xpos), grasp["point_m"], atol=1e-6)
+    opposition = turn.T @ site.xmat.reshape(3, 3)[:, 0]
+    np.testing.assert_allclose(opposition, grasp["opposition"], atol=1e-6)
+    assert abs(grasp["point_m"][1]) > 1e-3  # otherwise a mirror would show the same
+    groups, z = np.array([0, 0, 1, 1, 0, 0], dtype=np.uint8), 0.035
+    for y, half in ((-0.03, 0.019429), (0.03, 0.012571)):
+        start = body.xpos + turn @ np.array([0.1, y, z])
+        depth = mujoco.mj_ray(model, data, start, turn @ np.array([-1.0, 0, 0]), groups, 1, -1, hit)
+        assert 0.1 - depth == pytest.approx(half, abs=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -68,4 +68,5 @@ def test_a_hinge_turns_what_it_carries_to_the_mirrored_place(angle: float) -> No
 
 def test_points_are_reflected_and_axes_as_turns_are() -> None:
     assert reflected((1.0, 2.0, 3.0)) == (1.0, -2.0, 3.0)
+    assert str(reflected((1.0, 0.0, 3.0))) == "(1.0, 0.0, 3.0)"  # never -0
     assert reflected_axis((1.0, 2.0, 3.0)) == (-1.0, 2.0, -3.0)

@@ -93,6 +93,7 @@ class RobotScene:
                 "hand with <position> actuators, or without any, which adds them"
             )
         mirrored = task.for_side(robot.side)
+        grasp_object = mirrored.object
         spec = robot_scene_spec(task, conditions, robot)
         add_sensors(spec, mirrored.rule.pressed)
         model = spec.compile()
@@ -108,8 +109,8 @@ class RobotScene:
             index[robot.joint_map.free],
             index,
             np.array([model.actuator(PREFIX + n).id for n in robot.actuator_names], dtype=np.intp),
-            task.object,
-            front_end(task.object),
+            grasp_object,
+            front_end(grasp_object),
             robot.finger_of_coordinates(),
         )
 

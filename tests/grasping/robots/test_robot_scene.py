@@ -4,14 +4,22 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
+import pytest
 
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.robots.robot_scene import PREFIX, RobotScene
+from handsim.grasping.rollout.compiled_scene import front_end
 from handsim.grasping.rollout.sensing import Sensors
+from handsim.hand.export import write_hand
 from handsim.joints import CONTACT_PARTS, FINGERS
+from handsim.objects.catalogue import OBJECTS
+from handsim.objects.mirror import mirrored
 from handsim.retargeting.robot_hand import RobotHand
+from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames
+from handsim.tasks.lift import lift_task
 from handsim.tasks.table_one import task_by_name
+from handsim.types import MEDIAN_HAND
 
 TASK, FREE = task_by_name("cube-raise"), Conditions(base="free")
 
@@ -78,3 +86,28 @@ def test_the_xml_needs_no_file_and_is_the_same_model(scene):
 def test_the_parts_of_the_hand_are_told_apart_by_the_sensors(scene):
     parts = {CONTACT_PARTS[i] for i in Sensors(scene.model)._parts}
     assert parts == set(CONTACT_PARTS)
+
+
+@pytest.fixture(scope="module")
+def left(tmp_path_factory) -> RobotHand:
+    file = write_hand(replace(MEDIAN_HAND, side="left"), tmp_path_factory.mktemp("left") / "hand")
+    tips = {finger: AttachedFrame(f"{finger}_pad") for finger in FINGERS}
+    return RobotHand(file, frames=HandFrames(AttachedFrame("palm"), tips, side="left"))
+
+
+def test_a_left_robot_meets_the_mirror_image_of_what_is_handed(left):
+    """And that is what is told of the scene."""
+    task = task_by_name("scissors-use")
+    scene = RobotScene.build(task, FREE, left)
+    assert scene.object == scene.task.object == mirrored(task.object) != task.object
+    np.testing.assert_array_equal(scene.front, front_end(mirrored(task.object)))
+    assert not np.allclose(scene.front, front_end(task.object))
+
+
+def test_a_left_robot_meets_own_objects_as_they_are(left):
+    own, grasp = OBJECTS["hammer"], task_by_name("hammer-use").grasp
+    scene = RobotScene.build(lift_task(own, grasp, side="left"), FREE, left)
+    assert scene.object == own and scene.task.grasp == grasp
+    turned_over = RobotScene.build(lift_task(own, grasp), FREE, left)  # for a right hand: mirrored
+    there, mirror = scene.model.body("object").ipos, turned_over.model.body("object").ipos
+    assert there[1] == pytest.approx(-mirror[1]) and there[1] < -0.001  # its face is at -y

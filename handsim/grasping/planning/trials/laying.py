@@ -28,7 +28,11 @@ TURNS_DEG = tuple(45.0 * i for i in range(8))
 
 @dataclass(frozen=True)
 class LaidGrasp:
-    """A proposal, and the task of raising the object by it as it is laid for it."""
+    """A proposal, and the task of raising the object by it as it is laid for it.
+
+    The proposal is in the frame of the object as it is. The task is written for the right hand;
+    that of a left hand is of the mirror image of both (`lift_task`).
+    """
 
     proposal: Proposal
     task: Task
@@ -48,7 +52,7 @@ def lay_out(
     ----------
     grasp_object
     conditions
-        Of the runs; their arm has to come to the grasps.
+        Of the runs; grasps are those of their hand, and their arm has to come to them.
     most
         Longest that the list may be.
     n_jobs
@@ -61,8 +65,9 @@ def lay_out(
     InputError
         If no grasp can be proposed, or the arm comes to none of them.
     """
-    proposals = propose_grasps(grasp_object)
-    tasks = [lift_task(grasp_object, each.grasp) for each in proposals]
+    side = conditions.hand.side
+    proposals = propose_grasps(grasp_object, side)
+    tasks = [lift_task(grasp_object, each.grasp, side=side) for each in proposals]
     found = dict[Proposal, Task]()
     least = float("inf")
     laid = in_order(processes(n_jobs), laid_for, [(task, conditions) for task in tasks])

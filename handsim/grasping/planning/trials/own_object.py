@@ -55,11 +55,12 @@ class OwnGrasp:
     Attributes
     ----------
     task
-        Raising it by the grasp that was chosen, laid for it.
+        Raising it by the grasp that was chosen, laid for it; as all tasks for the right hand
+        (`lift_task`).
     grasper
         Grasps it so, under any conditions.
     proposal
-        The grasp.
+        The grasp, for the hand that grasps, in the frame of the object as it is.
     n_tried, n_held
         Grasps tried by script, and how many of these held.
     held

@@ -44,7 +44,7 @@ def proposals(block: GraspObject) -> tuple[Proposal, ...]:
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch, proposals: tuple[Proposal, ...]) -> pytest.MonkeyPatch:
     """Few grasps, so that this takes seconds."""
-    monkeypatch.setattr(laying, "propose_grasps", lambda block: short_list(proposals, 6))
+    monkeypatch.setattr(laying, "propose_grasps", lambda block, side: short_list(proposals, 6))
     monkeypatch.setattr(own_object, "MOST_TRIED", 3)
     monkeypatch.setattr(own_object, "N_COMPARED", 1)
     monkeypatch.setattr(own_object, "N_FITTED", 1)
