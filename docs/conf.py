@@ -29,6 +29,7 @@ html_theme = "furo"
 html_title = f"handsim {version}"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
+html_js_files = ["films.js"]
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3

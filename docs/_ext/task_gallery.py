@@ -79,12 +79,12 @@ def summary_of_all(made: dict[str, Any]) -> str:
 
 
 def film_of(name: str) -> str:
-    """Return a film that plays while it is pointed at, and has buttons for those who cannot."""
+    """Return a film; `docs/_static/films.js` has it play while it is pointed at."""
     path = f"{FILMS}/{escape(name)}"
     return (
         f'<video src="{path}.mp4" poster="{path}.png" width="{SIZE[0]}" height="{SIZE[1]}" '
         f'aria-label="Film of the task {escape(name)}" muted loop playsinline controls '
-        'preload="none" onmouseenter="this.play()" onmouseleave="this.pause()"></video>'
+        'preload="none"></video>'
     )
 
 
