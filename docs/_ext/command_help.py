@@ -12,7 +12,7 @@ WIDTH = 84
 
 
 def commands() -> Iterator[tuple[str, Any, Any]]:
-    """Yield name, command and context of handsim, each command and each group, as they are listed."""
+    """Yield name, command and context of handsim, each command and each group, as listed."""
     whole: Any = typer.main.get_command(app)
     yield from _within(whole, "handsim", None)
 
@@ -28,7 +28,7 @@ def _within(command: Any, name: str, parent: Any) -> Iterator[tuple[str, Any, An
 
 
 def help_of_all() -> str:
-    """Return the help of every command in Markdown: a heading each, groups before what is in them."""
+    """Return the help of every command in Markdown, a heading each; a group precedes its own."""
     return "\n\n".join(
         f"## `{path}`\n\n```text\n{command.get_help(context).rstrip()}\n```"
         for path, command, context in commands()

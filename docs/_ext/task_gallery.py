@@ -1,6 +1,7 @@
 """The page that shows each task: its film, its rule, how it went and the command for it."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -21,16 +22,12 @@ FILMS = "_films"
 """Folder of the films in the built pages."""
 
 
-def kept_in(app: Sphinx) -> Path:
-    """Return where films are kept between builds, beside the pages as executed notebooks are."""
-    return Path(app.outdir).parent / ".films"
-
-
 def make_films(app: Sphinx) -> None:
-    """Make the films that are not there yet."""
+    """Make the films that are not there yet, beside the pages as executed notebooks are."""
+    app.config.films = str(Path(app.outdir).parent / ".films")
     if app.builder.format == "html":
         script = Path(__file__).with_name("gallery_films.py")
-        subprocess.run([sys.executable, script, kept_in(app)], check=True)
+        subprocess.run([sys.executable, script, app.config.films], check=True)
 
 
 def copy_films(app: Sphinx, error: Exception | None) -> None:
@@ -39,8 +36,9 @@ def copy_films(app: Sphinx, error: Exception | None) -> None:
         target = Path(app.outdir) / FILMS
         shutil.rmtree(target, ignore_errors=True)
         target.mkdir(parents=True)
-        for path in (*kept_in(app).glob("*.mp4"), *kept_in(app).glob("*.png")):
-            shutil.copy(path, target)
+        for path in Path(app.config.films).iterdir():
+            if path.suffix in (".mp4", ".png"):
+                shutil.copy(path, target)
 
 
 def note_films(app: Sphinx, env: Any, added: Any, changed: Any, removed: Any) -> list[str]:
@@ -53,7 +51,7 @@ class TaskGallery(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Make a card a task, after a line that counts."""
-        path = kept_in(self.env.app) / INDEX
+        path = Path(self.config.films) / INDEX
         if not path.is_file():  # pages of another kind than HTML have no films
             return self.parse_text_to_nodes("The films are on the web pages.")
         made = json.loads(path.read_text(encoding="utf-8"))
@@ -74,7 +72,9 @@ def summary_of_all(made: dict[str, Any]) -> str:
     judged = made["tasks"].values()
     said = f"**{sum(each['held'] for each in judged)} of {len(judged)} tasks held.**"
     if made["no_films"]:
-        said += f"\n\nThere are no films here, since nothing rendered: {made['no_films']}."
+        said += (
+            f"\n\nThere are no films here, since nothing rendered: {as_it_is(made['no_films'])}."
+        )
     return said
 
 
@@ -91,15 +91,21 @@ def film_of(name: str) -> str:
 def card_of(task: Task, judged: dict[str, Any]) -> str:
     """Return what is said of a task, in Markdown."""
     verdict = "held" if judged["held"] else f"failed: {judged['reason']}"
-    why = "" if judged["held"] or not judged["detail"] else f" ({judged['detail']})"
+    why = "" if judged["held"] or not judged["detail"] else f" ({as_it_is(judged['detail'])})"
     return (
         f"**{task.number} {task.name}**: {verdict}{why}\n\n{rule_in_words(task)}\n\n"
         f"```text\nhandsim grasp --task {task.name}\n```"
     )
 
 
+def as_it_is(text: str) -> str:
+    """Return text that Markdown shows as it is, whatever stands in it."""
+    return re.sub(r"([\\`*_{}\[\]<>#|$])", r"\\\1", text)
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Hand it all to Sphinx."""
+    app.add_config_value("films", "", "")
     app.add_directive("task-gallery", TaskGallery)
     app.connect("builder-inited", make_films)
     app.connect("env-get-outdated", note_films)
