@@ -20,12 +20,16 @@ extensions = [
     "sphinx.ext.viewcode",
     "numpydoc",
     "handsim_docs",
+    "task_gallery",
 ]
 exclude_patterns = ["_ext", "**/.ipynb_checkpoints"]
 default_role = "py:obj"
 
 html_theme = "furo"
 html_title = f"handsim {version}"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_js_files = ["films.js"]
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3

@@ -28,7 +28,7 @@ PAGES = {
 }
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 WITH_PYTHON = [name for name, text in PAGES.items() if BLOCK.search(text)]
-NEEDS = {"howto/inverse_kinematics.md": "mink"}
+NEEDS = {"howto/inverse_kinematics.md": "mink", "howto/cluster.md": "distributed"}
 """Packages that a page shows and handsim itself does not use."""
 COMMANDS = {
     command.strip()

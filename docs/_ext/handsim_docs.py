@@ -12,6 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from command_help import help_of_all
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
@@ -140,7 +141,8 @@ class FromCode(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Parse what the function returns as if it stood on the page."""
-        return self.parse_text_to_nodes(MAKERS[self.arguments[0]]())
+        made = MAKERS[self.arguments[0]]()
+        return self.parse_text_to_nodes(made, allow_section_headings=True)
 
 
 def public_table() -> str:
@@ -233,6 +235,7 @@ def entry_table() -> str:
 
 
 MAKERS = {
+    "commands": help_of_all,
     "entries": entry_table,
     "joints": joint_table,
     "objects": object_table,
