@@ -72,6 +72,15 @@ def test_films_are_kept_until_what_they_hang_on_changes(
     assert films.read_gallery(tmp_path) is None
 
 
+def test_where_nothing_rendered_it_is_tried_again(
+    extension: Callable[[str], Any], tmp_path: Path
+) -> None:
+    films = extension("gallery_films")
+    made = films.make_gallery(tmp_path, TASKS[:2], grasp, no_renderer)
+    assert len(made["tasks"]) == 2 and "libosmesa6" in made["no_films"]
+    assert films.read_gallery(tmp_path) is None
+
+
 def test_the_digest_is_of_code_and_models_but_not_of_the_command_line(
     extension: Callable[[str], Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -55,7 +55,7 @@ def read_gallery(folder: Path) -> dict[str, Any] | None:
     except (OSError, ValueError):
         return None
     files = [folder / f"{name}{suffix}" for name in found["tasks"] for suffix in (".mp4", ".png")]
-    whole = all(path.is_file() for path in files) and not found["no_films"]
+    whole = all(path.is_file() for path in files)  # where nothing rendered, it is tried again
     return found if whole and found["digest"] == content_digest() else None
 
 
