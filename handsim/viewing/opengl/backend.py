@@ -33,8 +33,8 @@ _CANDIDATES = {"Linux": ("egl", "osmesa"), "Darwin": ("cgl",), "Windows": ("glfw
 _WINDOWED = ("glfw", "glx", "wgl")
 _MODULES = {"glx": "glfw", "wgl": "glfw"}
 _PACKAGES = {
-    "apt-get": {"egl": "libegl1 libgl1-mesa-dri", "osmesa": "libosmesa6"},
-    "dnf": {"egl": "mesa-libEGL mesa-dri-drivers", "osmesa": "mesa-libOSMesa"},
+    "apt-get": {"egl": "libegl1 libgl1-mesa-dri libopengl0", "osmesa": "libosmesa6"},
+    "dnf": {"egl": "mesa-libEGL mesa-dri-drivers libglvnd-opengl", "osmesa": "mesa-libOSMesa"},
 }
 _INSTALL = {
     "apt-get": "{root}apt-get update && {root}apt-get install -y {package}",
