@@ -7,7 +7,7 @@ from contextlib import ExitStack
 import mujoco
 
 from handsim.types import Array, Frame
-from handsim.viewing.film.offscreen import View, open_offscreen
+from handsim.viewing.film.offscreen import View, open_offscreen, place_for_drawing
 from handsim.viewing.opengl.backend import choose_backend
 from handsim.viewing.stage.camera import Camera
 
@@ -57,9 +57,5 @@ class Painter:
         self._loaded, self._model = offscreen.add(model), model
 
     def _pose(self, model: mujoco.MjModel, qpos: Array) -> None:
-        data = self._data
-        data.qpos[:] = qpos
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_camlight(model, data)
-        mujoco.mj_tendon(model, data)
+        self._data.qpos[:] = qpos
+        place_for_drawing(model, self._data)

@@ -12,7 +12,6 @@ from handsim.grasping.plan import Pose
 from handsim.grasping.robots.robot_movement import RobotMovement
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout.commands import Commands
-from handsim.grasping.rollout.sensing import Sensors
 from handsim.types import Array
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -69,5 +68,5 @@ def depth_in_table(scene: RobotScene, palm: Pose, x: Array) -> float:
         Its coordinates.
     """
     scene.pose(palm, x)
-    sensors = Sensors(scene.model)
+    sensors = scene.sensors
     return float(sensors.table(scene.data.sensordata[sensors.first :])[1])

@@ -21,7 +21,7 @@ from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.glove import RATE, steps_per_reading
 from handsim.grasping.rollout.record import Rollout, record_of
 from handsim.grasping.rollout.run import diverged
-from handsim.grasping.rollout.sensing import SLOTS, Sensors, Touch, contacts_of
+from handsim.grasping.rollout.sensing import SLOTS, Touch, contacts_of
 from handsim.silence import silent
 from handsim.tasks.grip_rules import MAX_PUSH
 from handsim.types import Array
@@ -96,9 +96,9 @@ class _Run:
     def __init__(
         self, scene: RobotScene, commands: Commands, movement: RobotMovement, grip: float
     ) -> None:
-        model, data = scene.model, scene.data
+        data = scene.data
         self._scene, self._commands = scene, commands
-        self._sensors = Sensors(model)
+        self._sensors = scene.sensors
         self._values = data.sensordata[None, self._sensors.first :]
         self._live = {name: getattr(data, name).reshape(-1) for name in _STATES}
         self._live["seen"] = self._values[0]

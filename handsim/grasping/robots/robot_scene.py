@@ -4,7 +4,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import mujoco
 import numpy as np
@@ -13,7 +13,7 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import Pose
 from handsim.grasping.rollout.compiled_scene import front_end
-from handsim.grasping.rollout.sensing import add_sensors
+from handsim.grasping.rollout.sensing import Sensors, add_sensors
 from handsim.hand.mjcf import give_skin, weld_to_mocap
 from handsim.joints import FINGERS, Finger
 from handsim.objects.object import GraspObject
@@ -69,6 +69,11 @@ class RobotScene:
     object: GraspObject
     front: Array
     fingers: Index
+
+    @cached_property
+    def sensors(self) -> Sensors:
+        """What the sensors of the model say, and where."""
+        return Sensors(self.model)
 
     @property
     def gripping(self) -> list[Finger]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from handsim.types import Array, Frame
 from handsim.viewing.film.clip import Clip, Overlay
-from handsim.viewing.film.offscreen import LoadedModel, Offscreen
+from handsim.viewing.film.offscreen import LoadedModel, Offscreen, place_for_drawing
 from handsim.viewing.film.overlay import inset_view
 from handsim.viewing.stage.camera import FRAMED, Camera, standing_axes
 from handsim.viewing.stage.framing import Framing, Room, frame_movement
@@ -69,10 +69,7 @@ class Player:
             step = float(clip.time[i + 1] - clip.time[i])
             mujoco.mj_differentiatePos(model, velocity, step, clip.qpos[i], clip.qpos[i + 1])
             mujoco.mj_integratePos(model, qpos, velocity, at - clip.time[i])
-        mujoco.mj_kinematics(model, self.data)
-        mujoco.mj_comPos(model, self.data)
-        mujoco.mj_camlight(model, self.data)
-        mujoco.mj_tendon(model, self.data)
+        place_for_drawing(model, self.data)
 
     def draw(self, time: float) -> Frame:
         """Return the first camera's view, the second's set into it, and the overlays on it."""

@@ -137,6 +137,14 @@ class Offscreen:
         context.free()
 
 
+def place_for_drawing(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Compute from the positions of a state what is drawn of it: bodies, lights and tendons."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_camlight(model, data)
+    mujoco.mj_tendon(model, data)
+
+
 class LoadedModel:
     """A model whose meshes and textures are loaded into an offscreen context."""
 
