@@ -234,3 +234,29 @@ def test_mjx_takes_scenes_and_the_hand_alone(name) -> None:
     spec = made()
     for_simulator(spec, "mjx")
     assert mjx.put_model(spec.compile()).nv > 20
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+def test_mjx_moves_as_mujoco_does(grasp) -> None:
+    """A second of the variant's steps by MJX, from both starts at once, beside MuJoCo's."""
+    jax = pytest.importorskip("jax", reason="mujoco-mjx is not installed")
+    mjx = pytest.importorskip("mujoco.mjx", reason="mujoco-mjx is not installed")
+    model, _ = variant("mjx")
+    there, at = mjx.put_model(model), first_of(grasp)
+
+    def second(qpos, qvel, controls):
+        data = mjx.make_data(model).replace(qpos=qpos, qvel=qvel)
+
+        def tick(data, ctrl):
+            commanded = data.replace(ctrl=ctrl)
+            after = jax.lax.fori_loop(0, 5, lambda _, each: mjx.step(there, each), commanded)
+            return after, after.qpos
+
+        return jax.lax.scan(tick, data, controls)[1]
+
+    controls = np.array([grasp.ctrl[first : first + 100] for first in at])
+    made = jax.jit(jax.vmap(second))(grasp.qpos[at], grasp.qvel[at], controls)
+    found = apart(model, stepped(model, grasp), np.asarray(made))
+    for name, distance in found.items():
+        assert distance < NEAR[name], found

@@ -79,6 +79,7 @@ class WarpWorlds(Simulations):
         self._host: dict[str, Array] = {
             name: np.zeros(getattr(self._device, name).numpy().shape) for name in {*_STATE, *_FOUND}
         }
+        self._on_gpu, self._graph = self._device.qpos.device.is_cuda, None
         warnings = np.zeros((n, mujoco.mjtWarning.mjNWARNING), dtype=np.int32)
         super().__init__(scenes[0], self._host.__getitem__, warnings)
         self._mocap = [
@@ -104,14 +105,28 @@ class WarpWorlds(Simulations):
         self.warnings[bad, _BAD_CONTROL] += 1
         self.ctrl[bad] = 0.0  # as MuJoCo does
         self._upload(self.commanded)
+        if self._graph is not None:
+            import_module("warp").capture_launch(self._graph)
+        else:
+            self._steps()  # compiles what they need, so that they can be recorded
+            self._graph = self._recorded() if self._on_gpu else None
+        self._download()
+        self._put_back()
+
+    def _steps(self) -> None:
+        """Step to the next reading; only its own step computes sensors."""
         options = self._device_model.opt
         options.disableflags |= NO_SENSORS
         for _ in range(self.n_steps - 1):
             self._warp.step(self._device_model, self._device)
         options.disableflags &= ~NO_SENSORS
         self._warp.step(self._device_model, self._device)
-        self._download()
-        self._put_back()
+
+    def _recorded(self) -> Any:
+        """Return the steps as a graph: started as one, not kernel by kernel from Python."""
+        with import_module("warp").ScopedCapture() as capture:
+            self._steps()
+        return capture.graph
 
     def incomplete(self) -> Mask:
         return (self._device.overflow.numpy() & self._incomplete) != 0

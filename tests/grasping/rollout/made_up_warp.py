@@ -31,6 +31,8 @@ class OverflowType(IntFlag):
 class Rows:
     """An array on a device: copied there and back."""
 
+    device = SimpleNamespace(is_cuda=False)
+
     def __init__(self, values: np.ndarray, kind: type = np.float32) -> None:
         self._values = np.array(values, dtype=kind)
 
@@ -94,6 +96,36 @@ def forward(model: SimpleNamespace, data: SimpleNamespace) -> None:
 
 def step(model: SimpleNamespace, data: SimpleNamespace) -> None:
     _each(model, data, mujoco.mj_step)
+
+
+class ScopedCapture:
+    """Records the steps that are asked for in place of making them, as warp does on a GPU."""
+
+    graph: list[tuple[SimpleNamespace, SimpleNamespace, int]] | None = None
+    recording: "ScopedCapture | None" = None
+
+    def __enter__(self) -> "ScopedCapture":
+        self.graph, ScopedCapture.recording = [], self
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        ScopedCapture.recording = None
+
+
+def recorded_or_made(model: SimpleNamespace, data: SimpleNamespace) -> None:
+    """Step in a module that can record."""
+    if ScopedCapture.recording is None:
+        step(model, data)
+    else:
+        ScopedCapture.recording.graph.append((model, data, model.opt.disableflags))
+
+
+def capture_launch(graph: list[tuple[SimpleNamespace, SimpleNamespace, int]]) -> None:
+    """Make what was recorded, with the options of then."""
+    for model, data, flags in graph:
+        before, model.opt.disableflags = model.opt.disableflags, flags
+        step(model, data)
+        model.opt.disableflags = before
 
 
 def as_module() -> ModuleType:

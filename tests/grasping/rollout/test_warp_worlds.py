@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 from handsim.types import HandSize
 
-from .made_up_warp import as_module
+from .made_up_warp import Rows, ScopedCapture, as_module, capture_launch, recorded_or_made
 
 FREE = Conditions(base="free")
 
@@ -74,6 +75,27 @@ def test_each_world_is_the_run_that_mujoco_makes(worlds, hand, base) -> None:
         assert_near(run, other)
     assert np.abs(made[0].qpos - made[1].qpos).max() > 1e-3
     assert np.abs(made[0].contact_force - known[0].contact_force).max() < 0.2
+
+
+def test_on_a_gpu_steps_are_recorded_once_and_then_started_as_one(worlds, hand, monkeypatch):
+    """What was recorded moves as the steps themselves do."""
+    job = scripted(hand, FREE)
+    known = simulate_batch([job], device="warp")
+    started = []
+
+    def launch(graph) -> None:
+        started.append(graph)
+        capture_launch(graph)
+
+    made_up = SimpleNamespace(ScopedCapture=ScopedCapture, capture_launch=launch)
+    monkeypatch.setitem(sys.modules, "warp", made_up)
+    monkeypatch.setattr(Rows, "device", SimpleNamespace(is_cuda=True))
+    monkeypatch.setattr(worlds, "step", recorded_or_made)
+    (run,) = simulate_batch([job], device="warp")
+    assert len(started) == len(run.time) - 1 > 50, "all readings but the first"
+    assert all(each is started[0] for each in started)
+    np.testing.assert_array_equal(run.qpos, known[0].qpos)
+    np.testing.assert_array_equal(run.contact_force, known[0].contact_force)
 
 
 def test_what_worlds_share_keeps_hands_of_other_sizes_and_objects_apart(worlds, hand) -> None:
