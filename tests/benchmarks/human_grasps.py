@@ -26,7 +26,7 @@ from handsim.grasping.sweep.graspers import Planned
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import TASKS, task_by_name
 
-NOMINAL = range(1001, 1011)
+NOMINAL = range(5001, 5011)
 PERTURBED = range(101, 121)
 HARD = range(301, 306)
 SETS = ("nominal", "perturbed", *get_args(Hard))
