@@ -62,7 +62,7 @@ N_NEAR = 2  # the same where plans of other hands are known
 SEEDS = SEARCHES + 1
 """Seeds that `plan_grasp` may use: one for each search, and one for the full hold time."""
 N_PERTURBED = 2
-"""Perturbed runs of every plan whose nominal run holds."""
+"""Perturbed runs of every plan whose nominal run holds, unless more are asked for."""
 N_CONFIRMED = 6
 """Further perturbed runs, by which plans of several searches are compared."""
 ENOUGH = 0.8
@@ -107,6 +107,7 @@ def plan_grasp(
     *,
     others: Sequence[StoredPlan] = (),
     generations: int = GENERATIONS,
+    n_perturbed: int = N_PERTURBED,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> tuple[GraspPlan, Rollout]:
@@ -124,11 +125,11 @@ def plan_grasp(
         A plan to try first. A plan of another controller must come without ``z_goal``; its
         destination is then the projection of its posture.
     others
-        Plans of other hands, where ``known`` is None. They are carried over to this one and tried
-        in turn. Where none holds with room to spare, the first search is from the best of them.
-    generations
-        Of the search, which is made where no start holds with room to spare; `NEAR` where plans of
-        other hands are known.
+        Plans of other hands, where ``known`` is None, carried over to this one and tried in turn.
+        Where none holds with room to spare, the first search is from the best of them.
+    generations, n_perturbed
+        Of the search, which is made where no start holds with room to spare (`NEAR` where plans of
+        other hands are known), and perturbed runs of every plan whose nominal run holds.
     seed
         First of the `SEEDS` seeds that the search may use.
     progress
@@ -141,7 +142,7 @@ def plan_grasp(
     """
     effort, n_searches = (NEAR, N_NEAR) if others else (Effort(generations), SEARCHES)
     estimate = Estimate(progress)
-    search = _Search(controller, shortened(task), conditions, estimate)
+    search = _Search(controller, shortened(task), conditions, estimate, n_perturbed)
     estimate.expect(len(others or (known,)), effort.most)
     found = Found(
         search.confirmed,
@@ -174,7 +175,7 @@ def plan_grasp(
     held, plan = found.best
     run = found.whole(plan)
     if held > 0 and not run.outcome.success:  # what is held longer creeps farther
-        longer = _Search(controller, task, conditions, estimate)
+        longer = _Search(controller, task, conditions, estimate, n_perturbed)
         estimate.expect(effort.most)
         plan = longer.from_start(plan, effort, seed + SEARCHES)[1]
         run = found.whole(plan)
@@ -248,14 +249,19 @@ class _Search:
     """The starts of a search, their variations, and what each costs."""
 
     def __init__(
-        self, controller: GraspController, task: Task, conditions: Conditions, estimate: Estimate
+        self,
+        controller: GraspController,
+        task: Task,
+        conditions: Conditions,
+        estimate: Estimate,
+        n_perturbed: int = N_PERTURBED,
     ) -> None:
         self.controller, self.estimate = controller, estimate
         self.grasp, self.size = task.grasp, conditions.hand
         self.task = task.for_side(conditions.hand.side)
-        tried = tried_conditions(conditions, N_PERTURBED + N_CONFIRMED)
+        tried = tried_conditions(conditions, n_perturbed + N_CONFIRMED)
         scenes = [Scene.build(task, each) for each in tried]
-        self.scenes, self.unseen = scenes[: 1 + N_PERTURBED], scenes[1 + N_PERTURBED :]
+        self.scenes, self.unseen = scenes[: 1 + n_perturbed], scenes[1 + n_perturbed :]
         self.hand = HandModel.from_spec(build_hand(conditions.hand))
         self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
         self.n_varied = len(controller.subspace.components_) + 9
@@ -315,17 +321,11 @@ class _Search:
     def from_start(self, start: GraspPlan, effort: Effort, seed: int) -> tuple[float, GraspPlan]:
         """Search around a plan; return the least cost found and its plan. ``start`` counts too."""
         cost, point = minimise(
-            lambda x: self.cost(self.varied(start, x)),
+            lambda x: self.cost(varied(self.controller, start, x, self.box)),
             np.zeros(self.n_varied),
-            generations=effort.generations,
-            seed=seed,
-            spread=effort.spread,
-        )
-        return cost, self.varied(start, point)
-
-    def varied(self, plan: GraspPlan, point: Array) -> GraspPlan:
-        """Return a plan changed by ``point`` (n_varied,), as `varied` of this module."""
-        return varied(self.controller, plan, point, self.box)
+            generations=effort.generations, seed=seed, spread=effort.spread,
+        )  # fmt: skip
+        return cost, varied(self.controller, start, point, self.box)
 
     def confirmed(self, plan: GraspPlan, cost: float) -> tuple[float, GraspPlan]:
         """Return how often a plan holds in runs that no search has seen, and the plan.

@@ -152,7 +152,7 @@ class Pretended:
         self.share, self.price, self.fits = share, cost, fits
         self.asked, self.efforts = [], []
 
-    def __call__(self, controller, task, conditions, estimate):
+    def __call__(self, controller, task, conditions, estimate, n_perturbed):
         return self
 
     def known(self, known, others):

@@ -47,7 +47,7 @@ def test_what_slips_in_the_whole_hold_is_searched_with_it(controller, monkeypatc
     searched, verdicts = [], iter([holds_longer, True])
 
     class Search:
-        def __init__(self, controller, task, conditions, estimate):
+        def __init__(self, controller, task, conditions, estimate, n_perturbed):
             self.hold = task.rule.hold
 
         def known(self, known, others):
@@ -93,7 +93,7 @@ def test_a_destination_beyond_a_joint_range_stays_the_destination(
     z = plan.z_goal
     for point in np.random.default_rng(0).normal(size=(5, search.n_varied)):
         z = np.clip(z + steps * point[: len(z)], *search.box)
-        plan = search.varied(plan, point)
+        plan = planner.varied(search.controller, plan, point, search.box)
         assert plan.z_goal.tobytes() == z.tobytes()
         lifted = controller.subspace.inverse_transform(z)
         np.testing.assert_array_equal(plan.q_goal, np.minimum(lifted, 0.5))
@@ -125,7 +125,7 @@ def test_seeds_of_one_planning_do_not_reach_those_of_the_next(controller, monkey
     seeds, held = [], iter([False, False])
 
     class Search:
-        def __init__(self, controller, task, conditions, estimate):
+        def __init__(self, controller, task, conditions, estimate, n_perturbed):
             pass
 
         def known(self, known, others):
@@ -162,7 +162,7 @@ def test_of_what_is_found_that_is_kept_which_holds_in_runs_that_no_search_has_se
     searches = []
 
     class Search:
-        def __init__(self, controller, task, conditions, estimate):
+        def __init__(self, controller, task, conditions, estimate, n_perturbed):
             pass
 
         def known(self, known, others):
@@ -207,7 +207,7 @@ def test_how_far_planning_is_counts_what_is_ahead_and_half_of_what_may_be(contro
     told = []
 
     class Search:
-        def __init__(self, controller, task, conditions, estimate):
+        def __init__(self, controller, task, conditions, estimate, n_perturbed):
             self.estimate, self.found = estimate, 0
 
         def known(self, known, others):
@@ -241,3 +241,16 @@ def test_how_far_planning_is_counts_what_is_ahead_and_half_of_what_may_be(contro
     first = [n / (4 + 2 * each) for n in (5, 6, 7)]
     second = [n / (7 + each + each // 2) for n in (8, 9, 10)]
     assert told == pytest.approx([*starts, *first, *second])
+
+
+def test_as_many_perturbed_runs_are_looked_at_as_are_asked_for(controller, starts, monkeypatch):
+    made, search = [], planner._Search
+
+    def held(self, plan, cost):
+        made.append(self)
+        return 1.0, plan
+
+    monkeypatch.setattr(search, "cost", lambda self, plan: -0.1)
+    monkeypatch.setattr(search, "confirmed", held)
+    planner.plan_grasp(controller, TASK, Conditions(), starts[0], n_perturbed=4)
+    assert (len(made[0].scenes), len(made[0].unseen)) == (5, planner.N_CONFIRMED)
