@@ -40,7 +40,7 @@ from handsim.retargeting.retarget import Retargeter
 from handsim.tasks.task import Task
 from handsim.types import Progress
 
-GENERATIONS = 7
+GENERATIONS = 14
 """Of the search."""
 ENOUGH = 0.0
 """Cost at which the search ends: every run holds, within all limits."""
