@@ -172,6 +172,14 @@ class Browser:
                 .find(one => one.innerText.trim() === {text!r}).click()"""
         )
 
+    def mouse(self, kind: str, place: tuple[float, float], shift: bool = False) -> None:
+        """Press, move or release the left button at a place on the page [px]."""
+        self.call(
+            "Input.dispatchMouseEvent",
+            type=f"mouse{kind}", x=place[0], y=place[1], button="left", modifiers=8 * shift,
+            buttons=0 if kind == "Released" else 1, clickCount=1,
+        )  # fmt: skip
+
     def screenshot(self, path: Path, whole: bool = False) -> np.ndarray:
         """Write a picture of the page and return it."""
         taken = self.call("Page.captureScreenshot", captureBeyondViewport=whole)

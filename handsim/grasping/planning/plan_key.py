@@ -53,8 +53,8 @@ _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
 
 _LOOP = (CORRECTION, FEELING, MOST_FELT)
 _APART = ("own_object", "mirrored", "place")
-"""Fields of a task that are not in its digest: those of the object have one of their own, and a plan
-is relative to the object, wherever that stands."""
+"""Fields of a task that are not in its digest: those of the object have one of their own, and plans
+are relative to the object, wherever that stands."""
 
 
 @dataclass(frozen=True)
