@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from handsim.grasping.rollout.record import Rollout
     from handsim.learning.controller import GraspController
     from handsim.recordings.recording import RecordingSet
-    from handsim.viewing.live.shown import Shown
+    from handsim.viewing.live.shown import ShownController
 
 
 def report(
@@ -120,19 +120,19 @@ def _names(paths: "Sequence[Path | None]") -> list[str]:
     return found
 
 
-def _shown(path: Path | None, name: str) -> "Shown":
+def _shown(path: Path | None, name: str) -> "ShownController":
     """Read a controller, or learn one from a folder of recordings."""
     from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
-    from handsim.viewing.live.shown import Shown
+    from handsim.viewing.live.shown import ShownController
 
     plans = partial(_known_plan, path)
     if path is None:
         recordings = tuple(recordings_or_built_in(None))
-        return Shown(name, controller_or_built_in(None), plans, recordings)
+        return ShownController(name, controller_or_built_in(None), plans, recordings)
     if not path.is_dir():
-        return Shown(name, controller_or_built_in(path), plans)
+        return ShownController(name, controller_or_built_in(path), plans)
     recordings = recordings_or_built_in(path)
-    return Shown(name, _learned(recordings), plans, tuple(recordings))
+    return ShownController(name, _learned(recordings), plans, tuple(recordings))
 
 
 def _learned(recordings: "RecordingSet") -> "GraspController":

@@ -8,12 +8,13 @@ destination, the hand's bodies and what is sent. A browser draws at its own rate
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from handsim.cli.defaults import controller_or_built_in, recordings_or_built_in
 from handsim.viewing.live.page import LivePage
-from handsim.viewing.live.shown import Shown
+from handsim.viewing.live.shown import ShownController
 
 SECONDS = 5.0
 
@@ -21,26 +22,28 @@ SECONDS = 5.0
 def main() -> None:
     controller, recordings = controller_or_built_in(None), tuple(recordings_or_built_in(None))
     for n in (1, 2):
-        shown = [Shown(str(i), controller, lambda *_: None, recordings) for i in range(n)]
+        shown = [ShownController(str(i), controller, lambda *_: None, recordings) for i in range(n)]
         page = LivePage(shown, port=18080, text="field=φ&recording=cup-drink")
         page.step(0.0)
-        handle = page.panel.scene.goal
-        middle = np.array(handle.position)
-
-        def drag(seconds: float) -> None:
-            turn = 2 * np.pi * seconds / 3
-            handle.position = middle + 0.03 * np.array([np.cos(turn) - 1, np.sin(turn), 0])
-
-        said(f"{n} shown, destination dragged", page, drag)
+        middle = np.array(page.panel.scene.goal.position)
+        said(f"{n} shown, destination dragged", page, partial(drag, page, middle))
         page.pushing.running.value = True
-
-        def push(_: float) -> None:
-            if not page.pushing._pushes:
-                page.pushing.asked.append("index")
-
-        said(f"{n} shown, loop pushed", page, push)
-        said(f"{n} shown, loop with its destination dragged", page, drag)
+        said(f"{n} shown, loop pushed", page, partial(push, page))
+        said(f"{n} shown, loop's destination dragged", page, partial(drag, page, middle))
         page.close()
+
+
+def drag(page: LivePage, middle: np.ndarray, seconds: float) -> None:
+    """Put the destination's handle where it is then on its circle."""
+    turn = 2 * np.pi * seconds / 3
+    away = 0.03 * np.array([np.cos(turn) - 1, np.sin(turn), 0])
+    page.panel.scene.goal.position = middle + away
+
+
+def push(page: LivePage, _: float) -> None:
+    """Push a finger once the push before is over."""
+    if not page.pushing._pushes:
+        page.pushing.asked.append("index")
 
 
 def said(what: str, page: LivePage, move: Callable[[float], None]) -> None:

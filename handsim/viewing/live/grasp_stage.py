@@ -18,7 +18,7 @@ from handsim.tasks.table_one import TASKS, task_by_name
 from handsim.types import Array, HandSize
 from handsim.viewing.live.force_rows import force_rows
 from handsim.viewing.live.puppet import Puppet
-from handsim.viewing.live.shown import Shown, View
+from handsim.viewing.live.shown import ShownController, View
 from handsim.viewing.live.table_place import (
     TURN_RANGE,
     X_RANGE,
@@ -57,7 +57,7 @@ class GraspStage:
         Since the start of the runs [s].
     """
 
-    def __init__(self, server: "viser.ViserServer", shown: Sequence[Shown]) -> None:
+    def __init__(self, server: "viser.ViserServer", shown: Sequence[ShownController]) -> None:
         self._server, self._shown = server, shown
         self.puppets: list[Puppet] = []
         self.runs: list[Rollout | None] = []

@@ -13,41 +13,32 @@ import time
 from collections.abc import Sequence
 from contextlib import redirect_stdout
 from dataclasses import replace
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from handsim.errors import HandsimError, InputError, MissingToolError
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND, HandSize
 from handsim.viewing.live.front import Front
 from handsim.viewing.live.grasp_stage import NO_TASK, GraspStage
+from handsim.viewing.live.page_camera import PageCamera
 from handsim.viewing.live.posture_stage import PostureStage, joint_difference
 from handsim.viewing.live.pushing.push_controls import PushControls
-from handsim.viewing.live.shown import Shown, View
+from handsim.viewing.live.shown import ShownController
 from handsim.viewing.live.subspace.subspace_panel import SubspacePanel
 from handsim.viewing.live.subspace.subspace_state import state_values
 from handsim.viewing.live.view_text import (
     BREADTHS_MM,
     LENGTHS_MM,
     PageView,
-    close_to,
     link_html,
     read_view,
     view_text,
 )
-
-if TYPE_CHECKING:
-    import viser
 
 RATE = 30.0
 """How often the controls are read and the hand is moved [1/s]."""
 MOST_SHOWN = 4
 """Controllers side by side; more would be too small to look at."""
 INSTALL = "pip install 'handsim[viewer]'"
-_FIELD_OF_VIEW = np.deg2rad(36.0)  # vertical, as of the scenes' own cameras
-_CAMERA_STILL_S = 0.3
-"""How long a camera has to stand still before links tell its place [s]."""
 
 
 class LivePage:
@@ -75,7 +66,7 @@ class LivePage:
 
     def __init__(
         self,
-        shown: Sequence[Shown],
+        shown: Sequence[ShownController],
         host: str = "127.0.0.1",
         port: int = 8080,
         task: str | None = None,
@@ -95,11 +86,7 @@ class LivePage:
         except InputError:
             self._stop_server()
             raise
-        self._view: View | None = None
-        self._camera: tuple[float, ...] | None = None
-        self._seen_camera: tuple[float, tuple[float, ...]] | None = None
         self._asked: PageView | None = None
-        self._status_said = ""
         try:
             self._build(chosen, text)
         except HandsimError:
@@ -110,7 +97,7 @@ class LivePage:
         """Put everything on the page."""
         server, shown = self._server, self._shown
         server.gui.configure_theme(show_logo=False, show_share_button=False)
-        server.initial_camera.fov = _FIELD_OF_VIEW
+        self._camera = PageCamera(server)
         self.status = server.gui.add_markdown("")
         recordings = [recording for each in shown for recording in each.recordings]
         self.panel = SubspacePanel(server, [each.controller for each in shown], recordings)
@@ -133,7 +120,6 @@ class LivePage:
         self._show_postures()
         self.grasps.choose(chosen)
         self._apply_asked()
-        server.on_client_connect(self._watch_camera)
 
     @property
     def address(self) -> str:
@@ -216,7 +202,7 @@ class LivePage:
             self.pushing.show(True)
             if not self.postures.loops:
                 self.postures.place()
-        self._look(self.postures.view)
+        self._camera.look(self.postures.view)
         if self.postures.loops:
             return
         state = self.panel.state
@@ -235,33 +221,8 @@ class LivePage:
             self.panel.show(False)
             self.pushing.show(False)
             said = self.grasps.show(task, size)
-        self._look(self.grasps.view)
+        self._camera.look(self.grasps.view)
         self.say(said)
-
-    def _look(self, view: View) -> None:
-        """Move the cameras, unless people have moved them since the same view was shown."""
-        if view == self._view:
-            return
-        self._view, self._camera = view, None
-        self._aim(view)
-
-    def _aim(self, view: View) -> None:
-        self._aimed = view
-        clients = self._server.get_clients().values()
-        for camera in (self._server.initial_camera, *(client.camera for client in clients)):
-            camera.position, camera.look_at = map(np.array, view)
-        self._seen_camera = None
-
-    def _watch_camera(self, client: "viser.ClientHandle") -> None:
-        """Note where people move the camera."""
-
-        def moved(camera: "viser.CameraHandle") -> None:
-            place = (*map(float, camera.position), *map(float, camera.look_at))
-            self._seen_camera = (time.monotonic(), place)
-
-        # One that came between a view and the next does not know of it.
-        client.camera.position, client.camera.look_at = map(np.array, self._aimed)
-        client.camera.on_update(moved)
 
     def _read_links(self) -> None:
         """Take the view of a link that was opened, or that somebody has pasted."""
@@ -292,8 +253,7 @@ class LivePage:
         else:
             self._show_scene()
         if view.camera is not None:
-            self._camera = view.camera
-            self._aim((view.camera[:3], view.camera[3:]))  # pyright: ignore[reportArgumentType]
+            self._camera.put(view.camera)
         if view.task is not None and view.time > 0:
             self.grasps.grasp()
             self.grasps.playing = False
@@ -301,13 +261,7 @@ class LivePage:
 
     def _write_link(self) -> None:
         """Say how this view can be had again."""
-        seen = self._seen_camera
-        if seen is not None and time.monotonic() - seen[0] > _CAMERA_STILL_S:
-            self._camera, self._seen_camera = seen[1], None
-        if self._view is not None and self._camera is not None:
-            usual = (*self._view[0], *self._view[1])
-            if close_to(self._camera, usual):
-                self._camera = None
+        self._camera.settle()
         if self.grasps.playing:  # the text would change with every frame
             return
         text = view_text(self._shown_view())
@@ -326,7 +280,7 @@ class LivePage:
             self.grasps.place if task != NO_TASK else PageView().place,
             self.grasps.time,
             bool(self.pushing.running.value),
-            self._camera,
+            self._camera.place,
             self._names if len(self._names) > 1 else (),
         )
 

@@ -11,7 +11,7 @@ from handsim.viewing.film.posture_clips import posture_clip, posture_model
 from handsim.viewing.live.puppet import Puppet
 from handsim.viewing.live.pushing.loop_hand import LoopHand
 from handsim.viewing.live.pushing.push_controls import PushControls
-from handsim.viewing.live.shown import SPACING, Shown, View
+from handsim.viewing.live.shown import SPACING, ShownController, View
 from handsim.viewing.live.subspace.subspace_panel import SubspacePanel
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class PostureStage:
     def __init__(
         self,
         server: "viser.ViserServer",
-        shown: Sequence[Shown],
+        shown: Sequence[ShownController],
         panel: SubspacePanel,
         controls: PushControls,
     ) -> None:

@@ -17,7 +17,7 @@ SPACING = 0.20
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownController:
     """A controller on the page.
 
     Attributes

@@ -14,7 +14,7 @@ from handsim.hand.model import HandModel
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 from handsim.viewing.live.page import LivePage
-from handsim.viewing.live.shown import Shown
+from handsim.viewing.live.shown import ShownController
 
 TASK = "cube-raise"
 
@@ -26,13 +26,13 @@ def scripted(name: str, conditions: Conditions) -> GraspPlan | None:
     return scripted_plan(task_by_name(name), HandModel.from_spec(build_hand(conditions.hand)))[0]
 
 
-def _shown(name: str = "hand", **changed: object) -> Shown:
+def _shown(name: str = "hand", **changed: object) -> ShownController:
     controller = GraspController.load(data_folder("assets") / "controller.npz")
-    return replace(Shown(name, controller, scripted), **changed)
+    return replace(ShownController(name, controller, scripted), **changed)
 
 
 @pytest.fixture
-def shown() -> Callable[..., Shown]:
+def shown() -> Callable[..., ShownController]:
     """Makes what a page shows: the built-in controller by a name, or something of it changed."""
     return _shown
 

@@ -16,13 +16,15 @@ from handsim.learning.learn import learn_controller
 from handsim.recordings.folder import read_recordings
 from handsim.viewing.live.page import MOST_SHOWN, LivePage
 from handsim.viewing.live.posture_stage import joint_difference
-from handsim.viewing.live.shown import Shown
+from handsim.viewing.live.shown import ShownController
 from handsim.viewing.live.subspace.subspace_state import (
     SubspaceState,
     carried_over,
     seen_from,
 )
 from handsim.viewing.live.table_place import TablePlace
+
+Make = Callable[..., ShownController]
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +35,9 @@ def other() -> GraspController:
 
 
 @pytest.fixture
-def pair(port: int, shown: Callable[..., Shown], other: GraspController) -> Iterator[LivePage]:
+def pair(
+    port: int, shown: Callable[..., ShownController], other: GraspController
+) -> Iterator[LivePage]:
     first = shown("first")
     page = LivePage([first, replace(first, name="second", controller=other)], port=port)
     yield page
@@ -41,7 +45,7 @@ def pair(port: int, shown: Callable[..., Shown], other: GraspController) -> Iter
 
 
 def test_another_subspace_gets_the_same_postures_as_far_as_it_can(
-    shown: Callable[..., Shown], other: GraspController
+    shown: Callable[..., ShownController], other: GraspController
 ) -> None:
     first = shown().controller
     state = SubspaceState(np.zeros(3), first.demonstrations[0].z_goal, 0.5, "way")
@@ -89,7 +93,9 @@ def test_both_are_pushed_and_both_come_back(pair: LivePage) -> None:
     assert all("back within" in line for line in said)
 
 
-def test_both_grasp_the_same_thing_each_by_its_plan(port: int, shown: Callable[..., Shown]) -> None:
+def test_both_grasp_the_same_thing_each_by_its_plan(
+    port: int, shown: Callable[..., ShownController]
+) -> None:
     def nothing(*_: object) -> None:
         return None
 
@@ -119,7 +125,7 @@ def test_a_link_that_is_opened_shows_the_same_again(live: LivePage) -> None:
     live.grasps.grasp()
     live.grasps.playing = False
     live.grasps.go_to(2.0)
-    live._seen_camera = (0.0, (0.6, 0.5, 0.4, 0.0, 0.0, 0.1))
+    live._camera._seen = (0.0, (0.6, 0.5, 0.4, 0.0, 0.0, 0.1))
     live.step(0.0)
     link = live.link.value
     assert link.startswith(live.address + "/?")
@@ -170,7 +176,7 @@ def test_a_browser_opens_a_link(live: LivePage, browser, tmp_path: Path) -> None
     )
 
 
-def test_too_many_are_refused(shown: Callable[..., Shown]) -> None:
+def test_too_many_are_refused(shown: Callable[..., ShownController]) -> None:
     pytest.importorskip("viser", reason="comes with handsim[viewer]")
     with pytest.raises(InputError, match=f"give 1 to {MOST_SHOWN}"):
         LivePage([shown()] * (MOST_SHOWN + 1))
