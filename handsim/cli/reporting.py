@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from handsim.viewing.live.shown import ShownController
 
 
+BUILT_IN = "built-in"
+"""What the built-in controller is called beside others."""
+
+
 def report(
     output: Annotated[Path, typer.Option("-o", "--output", help="The page, .html.")],
     controller: ControllerFile = None,
@@ -67,7 +71,7 @@ def view(
         typer.Argument(
             metavar="[CONTROLLER|DIR]...",
             help="Controller files, or folders of recordings to learn from; several stand side by "
-            "side on a page. The built-in controller if left out.",
+            "side on a page. built-in, or nothing, is the built-in controller.",
         ),
     ] = None,
     task: Annotated[str | None, typer.Option(help="Task to play in MuJoCo's viewer.")] = None,
@@ -90,7 +94,7 @@ def view(
     from handsim.cli.defaults import controller_or_built_in
     from handsim.viewing.live import window
 
-    paths: Sequence[Path | None] = controllers or [None]
+    paths = [_named(each) for each in controllers or [Path(BUILT_IN)]]
     on_page = web or not window.has_display() or len(paths) > 1 or at is not None
     if on_page and find_spec("viser") is None:  # said before anything is computed
         raise MissingToolError("the page needs viser; run: pip install 'handsim[viewer]'")
@@ -109,9 +113,14 @@ def view(
     serve(page)
 
 
+def _named(given: Path) -> Path | None:
+    """Return where a controller is; None for the built-in one, by its name."""
+    return None if str(given) == BUILT_IN and not given.exists() else given
+
+
 def _names(paths: "Sequence[Path | None]") -> list[str]:
     """Return a name for each controller; those of files in different folders differ as well."""
-    names = ["built-in" if path is None else path.stem.replace(",", "_") for path in paths]
+    names = [BUILT_IN if path is None else path.stem.replace(",", "_") for path in paths]
     folders = ["" if path is None else path.resolve().parent.name for path in paths]
     found: list[str] = []
     for name, folder in zip(names, folders, strict=True):

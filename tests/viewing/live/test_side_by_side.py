@@ -56,7 +56,7 @@ def test_another_subspace_gets_the_same_postures_as_far_as_it_can(
     goal = first.subspace.inverse_transform(state.goal)
     np.testing.assert_allclose(carried.goal, other.subspace.transform(goal))
     off = np.abs(other.subspace.inverse_transform(carried.goal) - goal).max()
-    assert said == f"up to {np.rad2deg(off):.0f} deg off at its ends"
+    assert said == f"Its ends are up to {np.rad2deg(off):.0f} deg from the first one's."
     assert (carried.share, carried.at) == (0.5, "way")
     seen = seen_from(first, other, carried.goal[None])[0]
     q = other.subspace.inverse_transform(carried.goal)

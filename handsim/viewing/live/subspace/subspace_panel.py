@@ -184,7 +184,7 @@ class SubspacePanel:
         ]
         self._states = [state for state, _ in carried]
         self.paths = [path for path, _ in found]
-        self.said = "; ".join(said for pair in (found, carried) for _, said in pair if said)
+        self.said = " ".join(said for pair in (found, carried) for _, said in pair if said)
 
     @property
     def states(self) -> list[SubspaceState]:

@@ -110,7 +110,8 @@ def carried_over(
         place = np.clip(other.subspace.transform(q), obstacle.lower, obstacle.upper)
         lost = max(lost, float(np.abs(other.subspace.inverse_transform(place) - q).max()))
         places.append(place)
-    said = f"up to {np.rad2deg(lost):.0f} deg off at its ends" if np.rad2deg(lost) >= 1 else ""
+    apart = np.rad2deg(lost)
+    said = f"Its ends are up to {apart:.0f} deg from the first one's." if apart >= 1 else ""
     return replace(state, start=places[0], goal=places[1]), said
 
 
