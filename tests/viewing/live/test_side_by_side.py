@@ -13,6 +13,7 @@ from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_controller
+from handsim.navigation.paths import at_arc_length
 from handsim.recordings.folder import read_recordings
 from handsim.viewing.live.page import MOST_SHOWN, LivePage
 from handsim.viewing.live.posture_stage import joint_difference
@@ -69,7 +70,7 @@ def test_both_hands_go_the_same_share_of_their_ways(pair: LivePage, other: Grasp
     first, second = pair.postures.puppets
     assert np.linalg.norm(second.origin - first.origin) > 0.15
     assert [label.text for label in pair.postures._labels] == ["first", "second"]
-    place = pair.panel.states[1].place(pair.panel.paths[1])
+    place = at_arc_length(pair.panel.paths[1], np.array([0.5]))[0]
     np.testing.assert_allclose(pair.panel.postures[1], other.subspace.inverse_transform(place))
     assert not np.allclose(first.data.qpos, second.data.qpos, atol=0.02)
     assert "They differ by up to" in pair.status.content
@@ -143,13 +144,28 @@ def test_a_link_that_is_opened_shows_the_same_again(live: LivePage) -> None:
     assert f'href="/?{link.partition("?")[2].replace("&", "&amp;")}"' in live.link_shown.content
 
 
+def test_links_tell_a_camera_that_was_moved_once_it_stands_still(live: LivePage) -> None:
+    live.step(0.0)
+    usual = (*live._camera._usual[0], *live._camera._usual[1])
+    live._camera._seen = (time.monotonic(), (0.5, *usual[1:]))
+    live.step(0.0)
+    assert "camera" not in live.link.value, "it is still on its way"
+    live._camera._seen = (0.0, (0.5, *usual[1:]))
+    live.step(0.0)
+    assert "camera=0.500," in live.link.value
+    live._camera._seen = (0.0, usual)
+    live.step(0.0)
+    assert "camera" not in live.link.value
+
+
 def test_a_link_that_makes_no_sense_changes_nothing(live: LivePage) -> None:
     live.step(0.0)
     link = live.link.value
-    with urllib.request.urlopen(live.address + "/?task=cube-raise&goal=1,2"):
+    with urllib.request.urlopen(live.address + "/?hand=160,80&goal=1,2"):
         pass
     live.step(0.0)
     assert "goal '1,2'" in live.status.content
+    assert live.length.value == 193
     assert live.link.value == link
 
 

@@ -45,8 +45,9 @@ def test_dragging_moves_and_turns() -> None:
     assert moved == TablePlace(80, 30, 0)
     turned = dragged(place, middle, grabbed, np.array([0.1, 0.02, 0.05]), turning=True)
     assert turned == TablePlace(100, 0, 90)
-    back = dragged(TablePlace(100, 0, 80), middle, np.array([0.08, 0.001, 0]), grabbed, True)
-    assert back.turn == pytest.approx(80 - 177, abs=90), "kept in its range, on the shorter way"
+    east, north = np.array([0.15, 0.0, 0.0]), np.array([0.1, 0.05, 0.0])
+    back = dragged(TablePlace(100, 0, 80), middle, north, east, turning=True)
+    assert back == TablePlace(100, 0, -10)
     across = dragged(
         TablePlace(), np.zeros(3), np.array([-1, 0.1, 0]), np.array([-1, -0.1, 0]), turning=True
     )
