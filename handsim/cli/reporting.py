@@ -86,8 +86,8 @@ def view(
 ) -> None:
     """Move the hand by its principal components, push its fingers and watch grasps.
 
-    MuJoCo's own viewer where there is a display, a web page where there is none or where several
-    controllers are compared, until interrupted.
+    MuJoCo's own viewer where there is a display; a web page where there is none, where several
+    controllers are compared, and for a folder or a link; until interrupted.
     """
     check_gl()
 

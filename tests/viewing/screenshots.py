@@ -115,8 +115,7 @@ def pair_picture(target: Path) -> None:
 
 def narrow_picture(target: Path) -> None:
     """The page on a narrow screen."""
-    link = "task=cup-side-move&time=2.60&camera=1.0,0.8,0.6,-0.02,-0.02,0.02"
-    of_page([_shown(None, "built-in")], link, nothing, target, NARROW)
+    of_page([_shown(None, "built-in")], "loop=1", pushed, target, NARROW)
 
 
 def report_picture(target: Path) -> None:

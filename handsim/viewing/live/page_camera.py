@@ -12,8 +12,27 @@ if TYPE_CHECKING:
     import viser
 
 _FIELD_OF_VIEW = np.deg2rad(36.0)  # vertical, as of the scenes' own cameras
+_WIDE_ENOUGH = 1.3
+"""Width by height of a window in which a view is seen whole, beside the panel of controls."""
+_RAISED = 0.24
+"""How far a view is moved up in a narrow window, as a share of its height."""
 _STILL_S = 0.3
 """How long a camera has to stand still before its place is told [s]."""
+
+
+def fitted(view: View, aspect: float) -> View:
+    """Return a view for a window of an aspect, width by height.
+
+    Where it is narrower than `_WIDE_ENOUGH`, all is seen from farther away, and in the upper part:
+    the panel of controls covers the lower one.
+    """
+    narrow = max(1.0, _WIDE_ENOUGH / aspect)
+    place, target = (np.array(each) for each in view)
+    away = narrow * (place - target)
+    seen = 2.0 * float(np.linalg.norm(away)) * np.tan(0.5 * _FIELD_OF_VIEW)  # from top to bottom
+    lower = np.array([0.0, 0.0, _RAISED * min(narrow - 1.0, 1.0) * seen])
+    x, y, z, *rest = (*(target - lower + away).tolist(), *(target - lower).tolist())
+    return (x, y, z), (rest[0], rest[1], rest[2])
 
 
 class PageCamera:
@@ -35,6 +54,7 @@ class PageCamera:
         self._usual: View | None = None
         self._aimed: View | None = None
         self._seen: tuple[float, tuple[float, ...]] | None = None
+        self._sent: dict[int, tuple[float, ...]] = {}
         self.place: tuple[float, ...] | None = None
         server.on_client_connect(self._watch)
 
@@ -62,17 +82,26 @@ class PageCamera:
 
     def _aim(self, view: View) -> None:
         self._aimed, self._seen = view, None
-        clients = self._server.get_clients().values()
-        for camera in (self._server.initial_camera, *(client.camera for client in clients)):
-            camera.position, camera.look_at = map(np.array, view)
+        first = self._server.initial_camera
+        first.position, first.look_at = map(np.array, view)
+        for client in self._server.get_clients().values():
+            self._send(client)
+
+    def _send(self, client: "viser.ClientHandle") -> None:
+        """Aim the camera of one client, from farther away where its window is narrow."""
+        assert self._aimed is not None
+        view = self._aimed if self.place is not None else fitted(self._aimed, client.camera.aspect)
+        self._sent[client.client_id] = (*view[0], *view[1])
+        client.camera.position, client.camera.look_at = map(np.array, view)
 
     def _watch(self, client: "viser.ClientHandle") -> None:
         """Note where people move the camera."""
 
         def moved(camera: "viser.CameraHandle") -> None:
             place = (*map(float, camera.position), *map(float, camera.look_at))
-            self._seen = (time.monotonic(), place)
+            if not close_to(place, self._sent.get(client.client_id)):
+                self._seen = (time.monotonic(), place)
 
         if self._aimed is not None:  # one that came between two views does not know the second
-            client.camera.position, client.camera.look_at = map(np.array, self._aimed)
+            self._send(client)
         client.camera.on_update(moved)

@@ -70,6 +70,7 @@ def test_the_pointer_drags_the_object_and_turns_it(table: LivePage) -> None:
     assert table.grasps.place == TablePlace(40, 20, 90)
 
 
+@pytest.mark.slow
 def test_a_person_drags_the_cube(
     table: LivePage, browser, on_screen: Callable, tmp_path: Path
 ) -> None:

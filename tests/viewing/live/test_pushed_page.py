@@ -90,6 +90,8 @@ def test_the_loop_goes_on_to_a_destination_that_is_dragged(looping: LivePage) ->
     assert looping.postures.loops == []
 
 
+@pytest.mark.slow
+@pytest.mark.ci
 def test_a_person_pulls_at_a_fingertip(
     live: LivePage, browser, on_screen: Callable, tmp_path: Path
 ) -> None:
