@@ -157,8 +157,7 @@ class LivePage:
         if self.grasps.pressed:
             self.grasps.pressed.clear()
             raise InputError("Choose a task first.")
-        running = bool(self.pushing.running.value)
-        if not running:
+        if not self.pushing.wanted:
             if self.postures.loops:
                 self.postures.stop()
                 self._show_postures()

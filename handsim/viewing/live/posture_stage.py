@@ -122,7 +122,7 @@ class PostureStage:
         InputError
             If a controller cannot go to the destination.
         """
-        self.stop()
+        self._end()
         self.loops = [
             LoopHand(each.controller, self._model, state.start, state.goal)
             for each, state in zip(self._shown, self._panel.states, strict=True)
@@ -150,12 +150,15 @@ class PostureStage:
                 loop.redirect(state.goal)
 
     def stop(self) -> None:
-        """End the loops."""
+        """End the loops, and let go of the hands."""
+        self._end()
+        self.controls.clear()
+
+    def _end(self) -> None:
         self.loops = []
         for line in self._lines.values():
             line.remove()
         self._lines.clear()
-        self.controls.clear()
 
     def advance(self, elapsed: float) -> str:
         """Simulate the loops, show where they are, and return what there is to say."""

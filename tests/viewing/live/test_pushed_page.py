@@ -64,6 +64,21 @@ def test_a_pointer_pulls_until_it_lets_go(looping: LivePage) -> None:
     assert looping.postures._lines == {}
 
 
+def test_the_loop_begins_by_itself_when_a_finger_is_pushed(live: LivePage) -> None:
+    live.step(0.0)
+    assert live.postures.loops == []
+    live.pushing.asked.append("thumb")
+    run(live, 1.0)
+    assert live.pushing.running.value
+    assert "Pushed with 20 N" in live.status.content
+    live.pushing.running.value = False
+    run(live, 0.1)
+    assert live.postures.loops == []
+    live.pushing.grabs[0] = Grab(0, 5, np.zeros(3), np.zeros(3), begins=True)
+    run(live, 0.1)
+    assert live.postures.loops != []
+
+
 def test_slow_motion_and_another_start(looping: LivePage) -> None:
     (loop,) = looping.postures.loops
     looping.pushing.speed.value = 0.1
@@ -116,4 +131,5 @@ def test_a_person_pulls_at_a_fingertip(
     browser.mouse("Released", (place[0] + 100, place[1]))
     until(lambda: live.pushing.grabs.get(0) is None)
     until(lambda: "back within" in live.status.content)
+    run(live, 1.0)
     np.testing.assert_allclose(tip(live), before, atol=2e-3)

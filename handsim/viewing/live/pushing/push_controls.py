@@ -88,9 +88,7 @@ class PushControls:
         self._folder.visible = visible
 
     def begin(self) -> None:
-        """Forget what pushed before the loop began."""
-        self.asked.clear()
-        self.grabs.clear()
+        """Forget what pushed hands that were there before."""
         self._pulls.clear()
         self._pushes.clear()
         self.restart, self._undrawn = False, TRACE_EVERY_S
@@ -143,8 +141,18 @@ class PushControls:
         )
 
     def clear(self) -> None:
-        """Draw no deviation."""
+        """Draw no deviation, and let go of everything."""
+        self.asked.clear()
+        self.grabs.clear()
         self._trace.content = ""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the loop is to run: it begins by itself when a finger is pushed."""
+        pushed = bool(self.asked) or any(grab is not None for grab in tuple(self.grabs.values()))
+        if pushed and not self.running.value:
+            self.running.value = True
+        return bool(self.running.value)
 
     def _pull(self, hand: int, loop: LoopHand, origin: Array) -> Pull | None:
         """Return the pull at a hand: a spring from where it was taken to the pointer."""
