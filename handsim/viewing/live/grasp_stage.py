@@ -268,8 +268,8 @@ class GraspStage:
 
     def _before(self) -> str:
         assert self._what is not None
-        said = f"**{self._what[0]}**{_at(self._place)}: drag the object, or turn it with Shift."
-        return f"{said}  \n{self._reach()}".rstrip()
+        how = "drag the object, or turn it with Shift; then grasp."
+        return f"**{self._what[0]}**{_at(self._place)}: {how}  \n{self._reach()}".rstrip()
 
     def _watch(self, puppet: Puppet) -> None:
         """Let the pointer drag the object, and turn it with Shift."""
