@@ -69,7 +69,10 @@ class Front:
         await asyncio.gather(*(asyncio.all_tasks() - {asyncio.current_task()}))
 
     async def _pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Note what is asked for, and pass on all that is said."""
+        """Note what is asked for, and pass on all that is said.
+
+        The page's server closes a connection with its answer, so that nothing more is asked on it.
+        """
         self._open.add(writer)
         try:
             first = await reader.readuntil(b"\r\n")
