@@ -6,13 +6,14 @@
 #   make pythons    the quick tests with each Python from 3.11 to 3.13 that is found here
 #   make mutants    whether the tests notice small faults in what decides verdicts
 #   make docs       the documentation, to out/docs/index.html
+#   make screenshots  its pictures of the live page, the report and itself, in headless Chromium
 PYTHON ?= python3
 BIN := .venv/bin
 DEMO := out/demo
 TASK := tall-glass-drink
 PICTURE := cup-side-move
 
-.PHONY: setup demo test test-ci test-all pythons mutants coverage check docs notebooks bench build clean lock models assets pictures rendering results
+.PHONY: setup demo test test-ci test-all pythons mutants coverage check docs screenshots notebooks bench build clean lock models assets pictures rendering results
 .DELETE_ON_ERROR:
 
 setup: .venv/.installed
@@ -80,6 +81,10 @@ check: setup
 docs: rendering
 	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.opengl.backend import choose_backend as f; print(f())") \
 	$(BIN)/sphinx-build -W -E --keep-going -j auto docs out/docs
+
+# Of the documentation as it was built last.
+screenshots: rendering
+	$(BIN)/python -m tests.viewing.screenshots docs/pictures
 
 notebooks: setup
 	$(BIN)/python -m pytest --nbmake notebooks

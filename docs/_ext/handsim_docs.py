@@ -54,7 +54,8 @@ ROOMS = (
     "grasping.gripping", "grasping.planning", "grasping.planning.trials", "grasping.rollout",
     "grasping.judging", "grasping.robots", "grasping.sweep", "baseline", "testing", "environments",
     "exports", "exports.lerobot", "viewing", "viewing.stage", "viewing.film", "viewing.figures",
-    "viewing.live", "viewing.opengl", "cli", "cli.exporting", "cli.listing", "cli.recordings",
+    "viewing.live", "viewing.live.pushing", "viewing.live.subspace", "viewing.opengl", "cli",
+    "cli.exporting", "cli.listing", "cli.recordings",
 )  # fmt: skip
 
 

@@ -97,6 +97,7 @@ def build_scene(
     if isinstance(task, Task):
         yaw = np.deg2rad(task.yaw_deg) + turn
         start = {name: np.deg2rad(angle) for name, angle in task.start_deg}
+        place[:2] += task.place
         body = add_object(spec, target, pos=place, yaw=yaw, start=start, mass_scale=mass_scale)
         _add_grasp_site(body, task.grasp)
         pos, quat = start_pose(task, hand or MEDIAN_HAND)
@@ -122,7 +123,7 @@ def start_pose(task: Task, size: HandSize, distance: float = 0.14) -> tuple[Arra
     Parameters
     ----------
     task
-        Already mirrored for the hand's side; its object is taken to be in its usual place.
+        Already mirrored for the hand's side; its object is taken to stand as the task says.
     size
         Of the hand.
     distance
@@ -138,6 +139,7 @@ def start_pose(task: Task, size: HandSize, distance: float = 0.14) -> tuple[Arra
     distal, _, dorsal = hand.as_matrix().T
     point = to_world.apply(np.array(task.grasp.point))
     pos = point + distance * dorsal - 0.55 * size.length * distal
+    pos[:2] += task.place
     pos[2] = max(pos[2], 0.06)
     return pos, hand.as_quat(scalar_first=True)
 

@@ -116,6 +116,8 @@ class Task:
         What counts as success.
     yaw_deg
         How the object stands on the table: its front's angle from +x, counter-clockwise.
+    place
+        Where on the table it stands, x and y [m].
     start_deg
         Angles of its hinges before the grasp, by name, where they are not 0.
     own_object
@@ -133,6 +135,7 @@ class Task:
     steps: tuple[Step, ...]
     rule: PassRule
     yaw_deg: float = 0.0
+    place: tuple[float, float] = (0.0, 0.0)
     start_deg: tuple[tuple[str, float], ...] = ()
     own_object: GraspObject | None = None
     mirrored: bool = False
@@ -165,6 +168,7 @@ class Task:
             steps=steps,
             rule=rule,
             yaw_deg=-self.yaw_deg,
+            place=(self.place[0], -self.place[1]),
             mirrored=self.mirrored != self.object.handed,
         )
 

@@ -1,5 +1,6 @@
 """`handsim report` and `view`."""
 
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from handsim.cli.defaults import planning_grasper
-from handsim.cli.reporting import _known_plan
+from handsim.cli.reporting import _known_plan, _names, _shown
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.demonstrator import scripted_plan
@@ -67,6 +68,42 @@ def test_bad_input_is_refused_before_the_work(run, tmp_path) -> None:
         assert result.err.count("\n") == 1
         assert word in result.err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_several_stand_side_by_side_on_a_page_by_names_that_differ(
+    run, learned, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("viser", reason="comes with handsim[viewer]")
+    opened: list[live.LivePage] = []
+    monkeypatch.setattr(live, "serve", lambda page: (opened.append(page), page.close()))
+    monkeypatch.setenv("DISPLAY", ":0")
+    result = run("view", "built-in", learned, "--port", "18080", "--at", "share=0.5&at=way")
+    assert (result.code, result.out) == (0, "")
+    (page,) = opened
+    assert page._names == ("built-in", "my controller")
+    assert [len(each.controller.subspace.components_) for each in page._shown] == [3, 2]
+    assert page.panel.state.share == 0.5
+    plan = page._shown[1].plans(TASK, Conditions())
+    assert plan is not None
+    assert page._shown[1].plans("jar-move", Conditions()) is None
+    result = run("view", *[learned] * 5)
+    assert (result.code, result.err) == (2, "handsim: 5 controllers; give 1 to 4\n")
+
+
+def test_names_of_controllers() -> None:
+    paths = [None, Path("/a/x,y.npz"), Path("/a/c.npz"), Path("/b/c.npz"), Path("/b/c.npz")]
+    assert _names(paths) == ["built-in", "x_y", "a/c", "b/c", "b/c 5"]
+
+
+@pytest.mark.slow
+def test_a_controller_is_learned_from_a_folder_of_recordings(tmp_path) -> None:
+    from handsim.files import data_folder
+
+    folder = tmp_path / "anna"
+    shutil.copytree(data_folder("assets") / "experiments", folder)
+    shown = _shown(folder, "anna")
+    assert len(shown.recordings) == len(shown.controller.demonstrations) == 24
+    assert shown.plans(TASK, Conditions()) is None
 
 
 def test_plans_for_this_hand_come_before_those_for_the_median_one(learned) -> None:

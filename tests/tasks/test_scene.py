@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -100,6 +102,18 @@ def test_the_left_scene_is_the_mirror_image_of_the_right(task: Task) -> None:
     np.testing.assert_allclose(left[0], flip @ right[0], atol=1e-9)
     np.testing.assert_allclose(left[1], flip @ right[1], atol=1e-9)
     np.testing.assert_allclose(left[2], flip @ right[2] @ flip, atol=1e-9)
+
+
+def test_the_object_stands_and_the_hand_waits_where_the_task_says() -> None:
+    task = task_by_name("cube-raise")
+    moved = replace(task, place=(0.04, -0.09))
+    for side, away in (("right", [0.04, -0.09, 0.0]), ("left", [0.04, 0.09, 0.0])):
+        places = []
+        for each in (task, moved):
+            _, data = ready(each, HandSize(side=side), "free")
+            places.append((data.body("object").xpos.copy(), data.body("forearm").xpos.copy()))
+        for usual, other in zip(*places, strict=True):
+            np.testing.assert_allclose(other - usual, away, atol=1e-9)
 
 
 MIRROR = np.array([1.0, -1.0, 1.0])

@@ -52,7 +52,9 @@ _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
 
 
 _LOOP = (CORRECTION, FEELING, MOST_FELT)
-_OF_OBJECT = ("own_object", "mirrored")
+_APART = ("own_object", "mirrored", "place")
+"""Fields of a task that are not in its digest: those of the object have one of their own, and plans
+are relative to the object, wherever that stands."""
 
 
 @dataclass(frozen=True)
@@ -135,9 +137,9 @@ def key_of(scene: JudgedScene) -> PlanKey:
 
 
 def task_content(task: Task) -> dict[str, Any]:
-    """Return all fields of a task by name, except those of its object (see `object_content`)."""
+    """Return the fields of a task by name that its plans depend on, its object apart."""
     names = (each.name for each in fields(task))
-    return {name: getattr(task, name) for name in names if name not in _OF_OBJECT}
+    return {name: getattr(task, name) for name in names if name not in _APART}
 
 
 def object_content(grasp_object: GraspObject) -> dict[str, Any]:

@@ -176,7 +176,7 @@ def expected_path(plan: GraspPlan, task: Task, schedule: Schedule) -> PalmPath:
 def expected_object(task: Task) -> Pose:
     """Return the pose in the world of an object that stands as the task says."""
     expected = Rotation.from_euler("z", np.deg2rad(task.yaw_deg))
-    return Pose(np.zeros(3), expected.as_quat(scalar_first=True))
+    return Pose(np.array([*task.place, 0.0]), expected.as_quat(scalar_first=True))
 
 
 def _load(palm_pos: Array) -> Array:

@@ -1,54 +1,44 @@
 """A web page that shows and moves the hand, for machines without a display.
 
 It has sliders for the principal components and the size of the hand, the subspace with the way to a
-destination beside the hand, menus of objects and tasks, and buttons that simulate a grasp, play it,
-pause it and replay it. One thread reads all controls
-once a frame, so that no two actions run at the same time.
+destination beside the hand, a loop that can be pushed, menus of objects and tasks, an object that
+is put where one likes, and buttons that simulate a grasp and play it. Two controllers or more stand
+side by side. A link shows the same again. One thread reads all controls once a frame, so that no
+two actions run at the same time.
 """
-# pyright: reportAttributeAccessIssue=false
-# MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import io
+import socket
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import redirect_stdout
-
-import mujoco
-import numpy as np
+from dataclasses import replace
 
 from handsim.errors import HandsimError, InputError, MissingToolError
-from handsim.grasping.conditions import Conditions
-from handsim.grasping.plan import GraspPlan
-from handsim.grasping.planning.planner import run_plan
-from handsim.grasping.rollout.compiled_scene import Scene
-from handsim.grasping.rollout.record import Rollout
-from handsim.joints import CONTACT_PARTS
-from handsim.learning.controller import GraspController
-from handsim.recordings.recording import Recording
-from handsim.tasks.table_one import TASKS, task_by_name
-from handsim.types import MEDIAN_HAND, Array, HandSize
-from handsim.viewing.film.posture_clips import posture_clip, posture_model
-from handsim.viewing.live.force_rows import force_rows
-from handsim.viewing.live.puppet import Puppet
-from handsim.viewing.live.subspace_panel import SubspacePanel
-
-PlanSource = Callable[[str, Conditions], GraspPlan | None]
-"""Returns the plan of a task under conditions, or None where none is known."""
+from handsim.tasks.table_one import task_by_name
+from handsim.types import MEDIAN_HAND, HandSize
+from handsim.viewing.live.front import Front
+from handsim.viewing.live.grasp_stage import NO_TASK, GraspStage
+from handsim.viewing.live.page_camera import PageCamera
+from handsim.viewing.live.posture_stage import PostureStage, joint_difference
+from handsim.viewing.live.pushing.push_controls import PushControls
+from handsim.viewing.live.shown import ShownController
+from handsim.viewing.live.subspace.subspace_panel import SubspacePanel
+from handsim.viewing.live.subspace.subspace_state import state_values
+from handsim.viewing.live.view_text import (
+    BREADTHS_MM,
+    LENGTHS_MM,
+    PageView,
+    link_html,
+    read_view,
+    view_text,
+)
 
 RATE = 30.0
 """How often the controls are read and the hand is moved [1/s]."""
-LENGTHS_MM, BREADTHS_MM = (150, 220), (65, 105)
-"""Ranges of the sliders of hand length and breadth: those of adults [mm]."""
-NO_TASK = "none"
+MOST_SHOWN = 4
+"""Controllers side by side; more would be too small to look at."""
 INSTALL = "pip install 'handsim[viewer]'"
-
-View = tuple[tuple[float, float, float], tuple[float, float, float]]
-"""Position of the camera and the point that it looks at [m]."""
-_OF_POSTURE: View = ((0.72, 0.53, 0.27), (0.06, -0.07, 0.05))
-_OF_SCENE: View = ((0.50, 0.50, 0.38), (-0.02, -0.02, 0.09))
-_GHOST = 0.35
-"""Opacity of a recorded hand beside the controller's."""
-_FIELD_OF_VIEW = np.deg2rad(36.0)  # vertical, as of the scenes' own cameras
 
 
 class LivePage:
@@ -56,86 +46,131 @@ class LivePage:
 
     Parameters
     ----------
-    controller
-        Its subspace is what the sliders move in, and it executes the grasps.
-    plans
-        Source of the plans of grasps.
+    shown
+        The controllers. The first one's subspace is what the sliders move in.
     host, port
-        Address of the page. If the port is taken, another free one is used.
+        Address of the page. If the port is taken, the next free one is used.
     task
         The task that is selected when the page opens.
-    recordings
-        Shown in the subspace, and as ghosts.
     text
-        Of the view that the page begins with, as a page gives it.
+        The view that the page begins with, as a page gives it, or a link to one.
 
     Raises
     ------
+    InputError
+        If there are no controllers or more than `MOST_SHOWN`, or the text or the address makes no
+        sense.
     MissingToolError
         If viser is not installed.
     """
 
     def __init__(
         self,
-        controller: GraspController,
-        plans: PlanSource,
+        shown: Sequence[ShownController],
         host: str = "127.0.0.1",
         port: int = 8080,
         task: str | None = None,
-        recordings: Sequence[Recording] = (),
         text: str | None = None,
     ) -> None:
         try:
             import viser
         except ImportError as error:
             raise MissingToolError(f"the page needs viser; run: {INSTALL}") from error
+        check_number(len(shown))
         chosen = NO_TASK if task is None else task_by_name(task).name
-        self._controller, self._plans = controller, plans
+        self._shown, self._names = shown, tuple(each.name for each in shown)
         with redirect_stdout(io.StringIO()):  # it greets there whatever it is told
-            self._server = viser.ViserServer(host=host, port=port, verbose=False)
-        self._server.gui.configure_theme(show_logo=False, show_share_button=False)
-        self._server.initial_camera.fov = _FIELD_OF_VIEW
-        self._n_shown = 0
-        self._puppet: Puppet | None = None
-        self._ghost: Puppet | None = None
-        self._view: View | None = None
-        self._alone: HandSize | None = None  # size of the hand shown without a scene
-        self._time, self._playing = 0.0, False
-        self._run: Rollout | None = None
+            self._server = viser.ViserServer(host="127.0.0.1", port=_free_port(), verbose=False)
         try:
-            self._panel = SubspacePanel(self._server, controller, recordings, text)
+            self._front = Front(host, port, self._server.get_port())
+        except InputError:
+            self._stop_server()
+            raise
+        self._asked: PageView | None = None
+        try:
+            self._build(chosen, text)
         except HandsimError:
             self.close()
             raise
-        self._add_controls()
+
+    def _build(self, chosen: str, text: str | None) -> None:
+        """Put everything on the page."""
+        server, shown = self._server, self._shown
+        server.gui.configure_theme(show_logo=False, show_share_button=False)
+        self._camera = PageCamera(server)
+        self.status = server.gui.add_markdown("")
+        recordings = [recording for each in shown for recording in each.recordings]
+        self.panel = SubspacePanel(server, [each.controller for each in shown], recordings)
+        self.pushing = PushControls(server.gui, self._names)
+        with server.gui.add_folder("Hand", expand_by_default=False):
+            self.length = server.gui.add_slider("length [mm]", *LENGTHS_MM, 1, _mm(MEDIAN_HAND)[0])
+            breadth = _mm(MEDIAN_HAND)[1]
+            self.breadth = server.gui.add_slider("breadth [mm]", *BREADTHS_MM, 1, breadth)
+        self.postures = PostureStage(server, shown, self.panel, self.pushing)
+        self.grasps = GraspStage(server, shown)
+        with server.gui.add_folder("This view"):
+            self.link = server.gui.add_text("view", "", hint="Copy it, or paste another one here.")
+            self.link_shown = server.gui.add_html("")
+        self._linked = ""
+        if text is not None:
+            self._ask(text)
+            if self._asked is not None and self._asked.task is None and chosen != NO_TASK:
+                self._asked = replace(self._asked, task=chosen)
         self._seen = self._choices()
-        self._show_posture()
-        self._task.value = chosen
+        self._show_postures()
+        self.grasps.choose(chosen)
+        self._apply_asked()
 
     @property
     def address(self) -> str:
         """Address of the page for a browser."""
-        return f"http://{self._server.get_host()}:{self._server.get_port()}"
+        return f"http://{self._front.host}:{self._front.port}"
 
     def close(self) -> None:
         """Stop serving."""
+        self._front.close()
+        self._stop_server()
+
+    def _stop_server(self) -> None:
         with redirect_stdout(io.StringIO()):
             self._server.stop()
 
     def step(self, elapsed: float) -> None:
-        """Read the controls, and advance the grasp that is played by ``elapsed`` [s]."""
-        self._offer_tasks()
+        """Read the controls, and advance what is in motion by ``elapsed`` [s]."""
         try:
-            self._follow_choices(self._panel.step(elapsed))
-            for button, react in self._buttons.items():
-                if self._pressed.pop(button, False):
-                    react()
+            self._read_links()
+            self.grasps.offer()
+            self._follow_choices(self.panel.step(elapsed))
+            self._apply_asked()
+            self._advance(elapsed)
         except HandsimError as error:
-            self._say(str(error))
-        if self._run and self._playing:
-            self._go_to(self._time + elapsed)
-        elif self._run and abs(self._slider.value - self._time) > 0.5 * self._slider.step:
-            self._go_to(float(self._slider.value))
+            self.say(str(error))
+        self._write_link()
+
+    def _advance(self, elapsed: float) -> None:
+        """Advance the grasp that is played, or the loop."""
+        if self._seen[1] != NO_TASK:
+            said = self.grasps.advance(elapsed)
+            if said is not None:
+                self.say(said)
+            return
+        if self.grasps.pressed:
+            self.grasps.pressed.clear()
+            raise InputError("Choose a task first.")
+        if not self.pushing.wanted:
+            if self.postures.loops:
+                self.postures.stop()
+                self._show_postures()
+            return
+        try:
+            if not self.postures.loops or self.pushing.restart:
+                self.postures.start()
+            self.postures.follow()
+            self.say(self.postures.advance(elapsed))
+        except HandsimError:
+            self.pushing.running.value = False
+            self.postures.stop()
+            raise
 
     def _follow_choices(self, moved: bool) -> None:
         """Show the choice if it has changed; moving in the subspace deselects the task."""
@@ -143,153 +178,131 @@ class LivePage:
         before, self._seen = self._seen, choices
         if choices == before and not moved:
             return
-        self._run, self._playing = None, False
-        self._forces.content = ""
         if task != NO_TASK and not moved:
             self._show_scene()
             return
-        self._task.value = NO_TASK
+        if task != NO_TASK:
+            self.grasps.task.value = NO_TASK
         self._seen = (size, NO_TASK)
-        self._show_posture()
-
-    def _add_controls(self) -> None:
-        gui = self._server.gui
-        with gui.add_folder("Hand", expand_by_default=False):
-            length, breadth = round(1000 * MEDIAN_HAND.length), round(1000 * MEDIAN_HAND.breadth)
-            self._length = gui.add_slider("length [mm]", *LENGTHS_MM, 1, length)
-            self._breadth = gui.add_slider("breadth [mm]", *BREADTHS_MM, 1, breadth)
-        with gui.add_folder("Grasp"):
-            objects = list(dict.fromkeys(task.object_name for task in TASKS))
-            self._object = gui.add_dropdown("object", ["all", *objects])
-            self._task = gui.add_dropdown("task", [NO_TASK, *(task.name for task in TASKS)])
-            names = ("play", "pause", "replay")
-            buttons = [gui.add_button(name) for name in names]
-            self._slider = gui.add_slider("time [s]", 0.0, 1.0, 0.01, 0.0)
-            self._forces = gui.add_html("")
-        self._status = gui.add_markdown("")
-        reactions = (self._play, lambda: setattr(self, "_playing", False), self._replay)
-        self._buttons = dict(zip(names, reactions, strict=True))
-        self._pressed: dict[str, bool] = {}
-        for name, button in zip(names, buttons, strict=True):
-            button.on_click(lambda _, name=name: self._pressed.__setitem__(name, True))
+        self._show_postures()
 
     def _choices(self) -> tuple[HandSize, str]:
         """Return the size of the hand and the task that are chosen."""
-        return HandSize(self._length.value / 1000, self._breadth.value / 1000), str(
-            self._task.value
-        )
+        chosen = (int(self.length.value), int(self.breadth.value))
+        size = HandSize(chosen[0] / 1000, chosen[1] / 1000)
+        return MEDIAN_HAND if chosen == _mm(MEDIAN_HAND) else size, str(self.grasps.task.value)
 
-    def _offer_tasks(self) -> None:
-        """Offer the tasks of the object that is chosen."""
-        chosen = self._object.value
-        names = [task.name for task in TASKS if chosen in ("all", task.object_name)]
-        if tuple(self._task.options) != (NO_TASK, *names):
-            self._task.options = (NO_TASK, *names)
-            self._task.value = names[0] if chosen != "all" else NO_TASK
-
-    def _conditions(self) -> Conditions:
-        return Conditions(hand=self._seen[0])
-
-    def _show_posture(self) -> None:
-        """Show the hand alone, where it is in the subspace, and the ghost of a recording."""
-        size, _ = self._seen
-        if self._alone != size:
-            model = posture_model(size)
-            self._show(model, model.qpos0, _OF_POSTURE)
-            self._alone = size
-        state, ghost = self._panel.state, self._panel.ghost
-        self._place(self._qpos(self._panel.posture))
-        if ghost is not None:
-            if self._ghost is None:
-                name = f"/ghost_{self._n_shown}"
-                self._ghost = Puppet(self._server, name, self._model, _GHOST)
-            self._ghost.place(self._qpos(ghost))
-        if self._ghost is not None:
-            self._ghost.show(ghost is not None)
+    def _show_postures(self) -> None:
+        """Show the hands alone, where they are in the subspace."""
+        with self._server.atomic():
+            self.grasps.remove()
+            self.postures.show(self._seen[0])
+            self.panel.show(True)
+            self.pushing.show(True)
+            if not self.postures.loops:
+                self.postures.place()
+        self._camera.look(self.postures.view)
+        if self.postures.loops:
+            return
+        state = self.panel.state
         where = {"start": "A posture of the subspace.", "goal": "The destination."}
         said = where.get(state.at, f"{100 * state.share:.0f} % of the way to the destination.")
-        mean = state.at == "start" and not state.start.any()
-        self._say(("The mean posture." if mean else said) + f" {self._panel.said}".rstrip())
-
-    def _qpos(self, q: Array) -> Array:
-        return posture_clip(np.zeros(1), q[None], self._model).qpos[0]
+        if state.at == "start" and not state.start.any():
+            said = "The mean posture."
+        said = f"{said} {joint_difference(self.panel.postures)}".rstrip()
+        self.say(f"{said} {self.panel.said}".rstrip())
 
     def _show_scene(self) -> None:
         """Show the scene of the task that is chosen, before the grasp."""
-        scene = Scene.build(task_by_name(self._seen[1]), self._conditions())
-        self._show(scene.hand.model, scene.hand.data.qpos, _OF_SCENE)
-        self._say(f"**{self._seen[1]}**: press play.")
-
-    def _play(self) -> None:
-        """Play the grasp from where it stands; simulate it first if that has not been done."""
-        if self._run is None:
-            self._simulate()
-        if self._run and self._time >= self._run.time[-1] - self._run.time[0]:
-            self._time = 0.0
-        self._playing = True
-
-    def _replay(self) -> None:
-        self._time = 0.0
-        self._play()
-
-    def _simulate(self) -> None:
-        """Simulate the grasp of the task that is chosen."""
-        task, conditions = self._seen[1], self._conditions()
-        if task == NO_TASK:
-            raise InputError("Choose a task first.")
-        plan = self._plans(task, conditions)
-        if plan is None:
-            raise InputError(f"No plan is stored; run `handsim grasp --task {task}` once.")
-        self._say(f"**{task}**: simulating …")
-        scene = Scene.build(task_by_name(task), conditions)
-        self._run, self._time = run_plan(self._controller, scene, plan), 0.0
-        self._slider.max = round(float(self._run.time[-1] - self._run.time[0]), 2)
-        self._show(scene.hand.model, self._run.qpos[0], _OF_SCENE)
-
-    def _go_to(self, seconds: float) -> None:
-        """Show the run at a time since its start, and stop at its end."""
-        run = self._run
-        assert run is not None  # only called while there is one
-        since = run.time - run.time[0]
-        self._time = min(seconds, float(since[-1]))
-        self._playing = self._playing and self._time < since[-1]
-        self._slider.value = round(self._time, 2)
-        i = min(int(np.searchsorted(since, self._time)), len(since) - 1)
-        self._place(run.qpos[i])
-        outcome = run.outcome
-        verdict = "success" if outcome.success else f"failed, {outcome.reason}"
-        force = run.contact_force[i].sum()
-        self._say(
-            f"**{run.task}**: {verdict}  \n{self._time:.2f} s, {run.phase_at(run.time[i])}, "
-            f"contact forces {force:.1f} N"
-        )
-        most = float(np.quantile(run.contact_force, 0.99))
-        self._forces.content = force_rows(run.contact_force[i], CONTACT_PARTS, outcome.need_n, most)
-
-    def _show(self, model: mujoco.MjModel, qpos: Array, view: View) -> None:
-        """Put a model on the page in place of what was there."""
+        size, task = self._seen
         with self._server.atomic():
-            for shown in (self._puppet, self._ghost):
-                if shown is not None:
-                    shown.remove()
-            self._n_shown += 1  # a name used again would keep the pose of what had it before
-            self._puppet = Puppet(self._server, f"/shown_{self._n_shown}", model)
-            self._ghost, self._alone, self._model = None, None, model
-            self._panel.scene.show(view == _OF_POSTURE)
-            self._place(qpos)
-        if view != self._view:  # otherwise it stays where people have moved it
-            self._view = view
-            clients = self._server.get_clients().values()
-            for camera in (self._server.initial_camera, *(client.camera for client in clients)):
-                camera.position, camera.look_at = map(np.array, view)
+            self.postures.remove()
+            self.panel.show(False)
+            self.pushing.show(False)
+            said = self.grasps.show(task, size)
+        self._camera.look(self.grasps.view)
+        self.say(said)
 
-    def _place(self, qpos: Array) -> None:
-        assert self._puppet is not None  # there is one from the beginning
-        self._puppet.place(qpos)
+    def _read_links(self) -> None:
+        """Take the view of a link that was opened, or that somebody has pasted."""
+        while self._front.asked:
+            self._ask(self._front.asked.popleft())
+        if self.link.value != self._linked:
+            self._linked = self.link.value
+            self._ask(self._linked)
 
-    def _say(self, text: str) -> None:
-        if self._status.content != text:
-            self._status.content = text
+    def _ask(self, text: str) -> None:
+        view = read_view(text, self._names)
+        self.panel.read(view.subspace)  # so that nothing changes where a part makes no sense
+        self._asked = view
+
+    def _apply_asked(self) -> None:
+        """Show the view that was asked for."""
+        view, self._asked = self._asked, None
+        if view is None:
+            return
+        self.length.value, self.breadth.value = _mm(view.size)
+        self.panel.apply(self.panel.read(view.subspace))
+        self.grasps.put(view.place)
+        self.grasps.choose(view.task or NO_TASK)
+        self.pushing.running.value = view.loop
+        self._seen = self._choices()
+        if self._seen[1] == NO_TASK:
+            self._show_postures()
+        else:
+            self._show_scene()
+        if view.camera is not None:
+            self._camera.put(view.camera)
+        if view.task is not None and view.time > 0:
+            self.grasps.grasp()
+            self.grasps.playing = False
+            self.say(self.grasps.go_to(view.time))
+
+    def _write_link(self) -> None:
+        """Say how this view can be had again."""
+        self._camera.settle()
+        if self.grasps.playing:  # the text would change with every frame
+            return
+        text = view_text(self._shown_view())
+        whole = f"{self.address}/?{text}"
+        if whole != self._linked:
+            self.link.value = self._linked = whole
+            self.link_shown.content = link_html(text)
+
+    def _shown_view(self) -> PageView:
+        """Return what is shown."""
+        size, task = self._seen
+        return PageView(
+            state_values(self.panel.state),
+            size,
+            None if task == NO_TASK else task,
+            self.grasps.place if task != NO_TASK else PageView().place,
+            self.grasps.time,
+            bool(self.pushing.running.value),
+            self._camera.place,
+            self._names if len(self._names) > 1 else (),
+        )
+
+    def say(self, text: str) -> None:
+        """Say something below the controls."""
+        if self.status.content != text:
+            self.status.content = text
+
+
+def check_number(n_shown: int) -> None:
+    """Raise InputError where a page cannot show so many controllers."""
+    if not 1 <= n_shown <= MOST_SHOWN:
+        raise InputError(f"{n_shown} controllers; give 1 to {MOST_SHOWN}")
+
+
+def _mm(size: HandSize) -> tuple[int, int]:
+    return round(1000 * size.length), round(1000 * size.breadth)
+
+
+def _free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
 
 
 def serve(page: LivePage) -> None:

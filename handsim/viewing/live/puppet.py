@@ -25,20 +25,37 @@ class Puppet:
     model
     opacity
         Factor on that of its parts: less than 1 for a ghost beside the hand.
+    place : (3,) [m]
+        Of the model's origin on the page.
+
+    Attributes
+    ----------
+    bodies
+        Frames of the bodies by their ids.
+    geoms
+        Meshes of each body.
     """
 
     def __init__(
-        self, server: "viser.ViserServer", name: str, model: mujoco.MjModel, opacity: float = 1.0
+        self,
+        server: "viser.ViserServer",
+        name: str,
+        model: mujoco.MjModel,
+        opacity: float = 1.0,
+        place: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
         self._server, self.model, self.data = server, model, mujoco.MjData(model)
-        self._root = server.scene.add_frame(name, show_axes=False)
+        self.origin = np.array(place)
+        self._root = server.scene.add_frame(name, show_axes=False, position=place)
         self.bodies: dict[int, viser.FrameHandle] = {}
+        self.geoms: dict[int, list[viser.MeshHandle]] = {}
         for geom in visible_geoms(model):
             body = int(model.geom_bodyid[geom])
-            place = f"{name}/body_{body}"
+            inner = f"{name}/body_{body}"
             if body not in self.bodies:
-                self.bodies[body] = server.scene.add_frame(place, show_axes=False)
-            self._add_geom(geom, f"{place}/geom_{geom}", opacity)
+                self.bodies[body] = server.scene.add_frame(inner, show_axes=False)
+            made = self._add_geom(geom, f"{inner}/geom_{geom}", opacity)
+            self.geoms.setdefault(body, []).append(made)
 
     def place(self, qpos: Array) -> None:
         """Move the bodies to their poses at joint positions."""
@@ -57,10 +74,10 @@ class Puppet:
         """Take it off the page."""
         self._root.remove()
 
-    def _add_geom(self, geom: int, name: str, factor: float) -> None:
+    def _add_geom(self, geom: int, name: str, factor: float) -> "viser.MeshHandle":
         model, (*rgb, own) = self.model, geom_colour(self.model, geom)
         mesh, opacity = geom_mesh(model, geom).smooth_shaded, factor * own
-        self._server.scene.add_mesh_simple(
+        return self._server.scene.add_mesh_simple(
             name,
             np.asarray(mesh.vertices, np.float32),
             np.asarray(mesh.faces, np.uint32),

@@ -99,6 +99,10 @@ def test_another_task_or_object_is_told(usual, changed, parts):
     assert usual.differs_in(key(changed)) == parts
 
 
+def test_where_an_object_stands_does_not_count_since_plans_are_relative_to_it(usual):
+    assert key(replace(TASK, place=(0.05, -0.1))) == usual
+
+
 def test_looks_and_names_of_objects_do_not_count(usual):
     (piece,) = TASK.object.pieces
     red = replace(piece, rgba=(1.0, 0.0, 0.0, 1.0), shine=0.9)

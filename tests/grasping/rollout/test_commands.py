@@ -60,6 +60,22 @@ def test_the_palm_goes_to_the_object_as_it_is_expected_to_stand(commands):
     assert (reached * expected.inv()).magnitude() == pytest.approx(0.0, abs=1e-9)
 
 
+def test_the_palm_goes_where_the_object_stands_on_the_table(commands):
+    moved = Commands.of(PLAN, replace(MOVE, place=(0.03, -0.07)), SCHEDULE)
+    away = moved.palm_pos - commands.palm_pos
+    np.testing.assert_allclose(away, np.tile([0.03, -0.07, 0.0], (len(away), 1)), atol=1e-12)
+    np.testing.assert_allclose(moved.palm_quat, commands.palm_quat, atol=1e-12)
+
+
+def test_the_hand_turns_an_object_about_itself_wherever_it_stands():
+    drink = task_by_name("cup-drink")
+    usual, moved = (
+        Commands.of(PLAN, replace(drink, place=place), schedule_for(drink)).palm_pos
+        for place in ((0.0, 0.0), (0.1, 0.1))
+    )
+    np.testing.assert_allclose(moved - usual, np.tile([0.1, 0.1, 0.0], (len(usual), 1)), atol=1e-12)
+
+
 def test_the_squeeze_begins_when_the_reach_ends_and_is_whole_in_the_action(commands):
     fingers = squeeze_offset(0.8, ("index", "middle"))
     assert fingers[JOINT_INDEX["index_mcp"]] == pytest.approx(np.deg2rad(0.8 * 12.0))

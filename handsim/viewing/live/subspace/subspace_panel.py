@@ -1,10 +1,10 @@
 """The controls of the subspace on the page, kept in step with its handles.
 
-Components, handles and the text of the view say the same thing in three ways. Whichever a person
-has moved since the last look wins, and the others are moved after it.
+Components and handles say the same thing in two ways. Whichever a person has moved since the last
+look wins, and the other is moved after it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -14,13 +14,15 @@ from handsim.errors import UnknownNameError
 from handsim.learning.controller import GraspController
 from handsim.recordings.recording import Recording
 from handsim.types import Array
-from handsim.viewing.live.subspace_scene import SubspaceScene
-from handsim.viewing.live.subspace_state import (
+from handsim.viewing.live.subspace.subspace_scene import SubspaceScene
+from handsim.viewing.live.subspace.subspace_state import (
     FIELDS,
     SubspaceState,
+    carried_over,
     ghost_posture,
     read_state,
-    state_text,
+    seen_from,
+    state_values,
     way,
 )
 
@@ -38,84 +40,115 @@ class SubspacePanel:
     Parameters
     ----------
     server
-    controller
+    controllers
+        The box is the subspace of the first. The others go from the same posture to the same one,
+        each in its own subspace.
     recordings
-        Shown in the subspace, and as ghosts beside the hand.
-    text
-        Of the view that the page begins with; see `subspace_state.state_text`.
+        ShownController in the subspace, and as ghosts beside the hand.
 
-    Raises
-    ------
-    InputError
-        If the text makes no sense.
+    Attributes
+    ----------
+    state
+        Start, destination and place on the way, in the subspace of the first controller.
+    paths : (m, n_components) [rad] each
+        Of each controller, in its own subspace.
+    said
+        Why there is no path, or why it is not quite the same.
     """
 
     def __init__(
         self,
         server: "viser.ViserServer",
-        controller: GraspController,
+        controllers: Sequence[GraspController],
         recordings: Sequence[Recording] = (),
-        text: str | None = None,
     ) -> None:
-        self._controller = controller
+        self._controllers, controller = controllers, controllers[0]
         self._recordings = {recording.name: recording for recording in recordings}
         self._recorded = {r.name: controller.subspace.transform(r.q) for r in recordings}
         obstacle = controller.navigation.obstacle
         self._low, self._high = obstacle.lower, obstacle.upper
         goal = np.clip(controller.demonstrations[0].z_goal, self._low, self._high)
         self._usual = SubspaceState(np.zeros(len(goal)), goal)
-        self.state = self._usual if text is None else self._read(text)
+        self.state = self._usual
         learned = [d.path for d in controller.demonstrations if d.path is not None]
         shown = tuple(self._recorded.values()) or learned  # a controller keeps their paths
         self.scene = SubspaceScene(server, controller.navigation, shown)
         self._add_controls(server.gui)
         self._field_shown: tuple[str, tuple[float, ...]] | None = None
         self._still = 0.0
-        self.path, self.said = way(controller, self.state)
+        self._find_ways()
         self._write()
 
     def _add_controls(self, gui: "viser.GuiApi") -> None:
         state = self.state
         bounds = np.rad2deg(np.column_stack([self._low, self._high])).round(1)
-        with gui.add_folder("Posture"):
+        with gui.add_folder("Posture") as posture:
             self.components = [
                 gui.add_slider(f"PC {i + 1} [deg]", float(low), float(high), 0.1, 0.0)
                 for i, (low, high) in enumerate(bounds)
             ]
-        with gui.add_folder("Way to the destination"):
+        with gui.add_folder("Way to the destination") as way_to:
             self.share = gui.add_slider("share of the way", 0.0, 1.0, 0.005, state.share)
             self.field = gui.add_dropdown("field", FIELDS, initial_value=state.field)
             names = (NO_RECORDING, *self._recordings)
             self.recording = gui.add_dropdown("ghost", names, initial_value=state.recording)
-            self.text = gui.add_text("this view", "")
+
+        self._folders = (posture, way_to)
+
+    def show(self, visible: bool) -> None:
+        """Show or hide subspace and controls: beside a scene there is no room for them."""
+        self.scene.show(visible)
+        for folder in self._folders:
+            folder.visible = visible
 
     def step(self, elapsed: float) -> bool:
         """Read the controls; return whether the hand is to be shown anew."""
         before = self.state
-        if self.text.value != self._written:
-            state, self._written = self._read(self.text.value), self.text.value
-        else:
-            state = replace(
-                before.moved(self._start(), self._goal(), float(self.share.value)),
-                field=str(self.field.value),
-                recording=str(self.recording.value),
-            )
+        state = replace(
+            before.moved(self._start(), self._goal(), float(self.share.value)),
+            field=str(self.field.value),
+            recording=str(self.recording.value),
+        )
         self._still += elapsed
-        changed = state_text(state) != state_text(before)
+        changed = state_values(state) != state_values(before)
         if changed:
-            if state.start is not before.start or state.goal is not before.goal:
-                self.path, self.said = way(self._controller, state)
-            if not np.array_equal(state.goal, before.goal):
-                self._still = 0.0
-            self.state = state
-            self._write()
+            self.apply(state)
         self._show_field()
         return changed
 
+    def apply(self, state: SubspaceState) -> None:
+        """Show a state, and move all controls to it."""
+        before, self.state = self.state, state
+        if state.start is not before.start or state.goal is not before.goal:
+            self._find_ways()
+        if not np.array_equal(state.goal, before.goal):
+            self._still = 0.0
+        self._write()
+
+    def read(self, given: Mapping[str, str]) -> SubspaceState:
+        """Return the state that a link gives; what it leaves out stays as it is at first.
+
+        Raises
+        ------
+        InputError
+            If a value makes no sense.
+        UnknownNameError
+            If there is no such recording.
+        """
+        state = read_state(given, self._usual, self._low, self._high)
+        if state.recording != NO_RECORDING and state.recording not in self._recordings:
+            raise UnknownNameError("recording", state.recording, tuple(self._recordings))
+        return state
+
     @property
-    def posture(self) -> Array:
-        """The hand's joint angles (22,) [rad]."""
-        return self._controller.subspace.inverse_transform(self.state.place(self.path))
+    def postures(self) -> list[Array]:
+        """The hands' joint angles, (22,) [rad] each."""
+        return [
+            controller.subspace.inverse_transform(state.place(path))
+            for controller, state, path in zip(
+                self._controllers, self.states, self.paths, strict=True
+            )
+        ]
 
     @property
     def ghost(self) -> Array | None:
@@ -142,11 +175,22 @@ class SubspacePanel:
             return known
         return self.scene.frame.to_subspace(np.asarray(handle.position), known)
 
-    def _read(self, text: str) -> SubspaceState:
-        state = read_state(text, self._usual, self._low, self._high)
-        if state.recording != NO_RECORDING and state.recording not in self._recordings:
-            raise UnknownNameError("recording", state.recording, tuple(self._recordings))
-        return state
+    def _find_ways(self) -> None:
+        """Find the way of each controller."""
+        first = self._controllers[0]
+        carried = [carried_over(self.state, first, each) for each in self._controllers]
+        found = [
+            way(each, state) for each, (state, _) in zip(self._controllers, carried, strict=True)
+        ]
+        self._states = [state for state, _ in carried]
+        self.paths = [path for path, _ in found]
+        self.said = " ".join(said for pair in (found, carried) for _, said in pair if said)
+
+    @property
+    def states(self) -> list[SubspaceState]:
+        """The state in the subspace of each controller."""
+        shown = self.state
+        return [replace(each, at=shown.at, share=shown.share) for each in self._states]
 
     def _write(self) -> None:
         """Move all controls and handles to the state."""
@@ -156,8 +200,12 @@ class SubspacePanel:
         self._sliders = tuple(float(slider.value) for slider in self.components)
         self.share.value = state.share
         self.field.value, self.recording.value = state.field, state.recording
-        self.text.value = self._written = "?" + state_text(state)
-        self.scene.show_way(state.start, state.goal, self.path, state.place(self.path))
+        first = self._controllers[0]
+        ways = [
+            seen_from(first, each, path)
+            for each, path in zip(self._controllers, self.paths, strict=True)
+        ]
+        self.scene.show_way(state.start, state.goal, ways, state.place(self.paths[0]))
 
     def _show_field(self) -> None:
         """Draw the field about the destination once that stands still."""

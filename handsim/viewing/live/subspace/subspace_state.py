@@ -1,10 +1,10 @@
-"""What is shown of the subspace, as values: start, destination, place on the way, and their text.
+"""What is shown of the subspace, as values: start, destination, place on the way, and their values.
 
 Nothing here knows of a page, so that all of it can be tried without a browser.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 
@@ -93,6 +93,35 @@ def way(controller: GraspController, state: SubspaceState) -> tuple[Array, str]:
     return found.points, "" if found.arrived else f"the path does not arrive: {found.reason}"
 
 
+def carried_over(
+    state: SubspaceState, controller: GraspController, other: GraspController
+) -> tuple[SubspaceState, str]:
+    """Return the state of another controller with the same postures, and what could not be kept.
+
+    Start and destination are projected onto the other's components and kept in its workspace.
+    """
+    if other.subspace is controller.subspace:
+        return state, ""
+    obstacle = other.navigation.obstacle
+    places: list[Array] = []
+    lost = 0.0
+    for z in (state.start, state.goal):
+        q = controller.subspace.inverse_transform(z)
+        place = np.clip(other.subspace.transform(q), obstacle.lower, obstacle.upper)
+        lost = max(lost, float(np.abs(other.subspace.inverse_transform(place) - q).max()))
+        places.append(place)
+    apart = np.rad2deg(lost)
+    said = f"Its ends are up to {apart:.0f} deg from the first one's." if apart >= 1 else ""
+    return replace(state, start=places[0], goal=places[1]), said
+
+
+def seen_from(controller: GraspController, other: GraspController, z: Array) -> Array:
+    """Return points (m, n) [rad] of another controller's subspace in that of the first."""
+    if other.subspace is controller.subspace:
+        return z
+    return controller.subspace.transform(other.subspace.inverse_transform(z))
+
+
 def ghost_posture(recording: Recording, path: Array, share: float) -> Array:
     """Return the recorded posture (22,) [rad] at a share of its way (m, n) in the subspace."""
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
@@ -101,36 +130,30 @@ def ghost_posture(recording: Recording, path: Array, share: float) -> Array:
     return recording.q[min(row, len(path) - 1)]
 
 
-def state_text(state: SubspaceState) -> str:
-    """Return all that is needed to show the same again, as what stands after ``?`` in links."""
-    return urlencode(
-        {
-            "start": _degrees(state.start),
-            "goal": _degrees(state.goal),
-            "share": f"{state.share:.3f}",
-            "at": state.at,
-            "field": state.field,
-            "recording": state.recording,
-        }
-    )
+def state_values(state: SubspaceState) -> dict[str, str]:
+    """Return all that is needed to show the same again, by the names that links have for it."""
+    return {
+        "start": _degrees(state.start),
+        "goal": _degrees(state.goal),
+        "share": f"{state.share:.3f}",
+        "at": state.at,
+        "field": state.field,
+        "recording": state.recording,
+    }
 
 
-def read_state(text: str, usual: SubspaceState, low: Array, high: Array) -> SubspaceState:
-    """Read what `state_text` wrote, or a part of it; what is left out stays as usual.
+def read_state(
+    given: Mapping[str, str], usual: SubspaceState, low: Array, high: Array
+) -> SubspaceState:
+    """Read what `state_values` gave, or a part of it; what is left out stays as usual.
 
     Raises
     ------
     InputError
-        If a name or a value makes no sense, or a place has the wrong number of components.
+        If a value makes no sense, or a place has the wrong number of components.
     """
-    given = dict(parse_qsl(text.rpartition("?")[2], keep_blank_values=True))
-    unknown = set(given) - {"start", "goal", "share", "at", "field", "recording"}
-    if unknown:
-        raise InputError(f"'{sorted(unknown)[0]}' is not part of a view; copy the whole text")
     places = {
-        name: _place(name, given.pop(name), low, high)
-        for name in ("start", "goal")
-        if name in given
+        name: _place(name, given[name], low, high) for name in ("start", "goal") if name in given
     }
     at, drawn = given.get("at", usual.at), given.get("field", usual.field)
     if at not in ("start", "goal", "way") or drawn not in FIELDS:

@@ -13,7 +13,7 @@ from handsim.errors import InputError
 from handsim.navigation.function import NavigationFunction
 from handsim.types import Array
 from handsim.viewing.figures.slices import level_shell, slice_through
-from handsim.viewing.live.subspace_state import SubspaceFrame
+from handsim.viewing.live.subspace.subspace_state import SubspaceFrame
 
 if TYPE_CHECKING:
     import viser
@@ -21,10 +21,12 @@ if TYPE_CHECKING:
 _PLACE, _TURN_DEG = (0.20, -0.235, 0.06), 130.6
 """Where the box stands beside the hand, and its turn about the vertical, which faces the camera."""
 _RECORDED, _WAY, _START, _GOAL = (86, 180, 233), (213, 94, 0), (0, 158, 115), (213, 94, 0)
-_HERE, _EDGES = (20, 24, 30), (150, 156, 164)
+_HERE, _EDGES, _TRAIL = (20, 24, 30), (150, 156, 164), (20, 24, 30)
+WAY_COLOURS = (_WAY, (0, 114, 178), (204, 121, 167), (0, 158, 115))
+"""Colours of the ways of the controllers that are shown, 0 to 255."""
 SHELL_LEVEL = 0.2
 """Level set of phi that is drawn about the destination."""
-_SHELL_RAYS, _SLICE_POINTS = 15, 61
+_SHELL_RAYS, _SLICE_POINTS, _TRAIL_POINTS = 15, 61, 200
 
 
 class SubspaceScene:
@@ -61,19 +63,32 @@ class SubspaceScene:
         self.start, self.goal = self._handle("start", _START), self._handle("goal", _GOAL)
         self._here = self._ball("here", _HERE, 0.006)
         self._field: list[viser.SceneNodeHandle] = []
+        self._trail: viser.SceneNodeHandle | None = None
 
     def show(self, visible: bool) -> None:
         """Show or hide it all: beside a scene there is no room for it."""
         self._root.visible = visible
 
-    def show_way(self, start: Array, goal: Array, path: Array, here: Array) -> None:
-        """Draw the path and the place of the hand on it, and put the handles where they belong."""
+    def show_way(self, start: Array, goal: Array, ways: Sequence[Array], here: Array) -> None:
+        """Draw the ways, the place of the hand, and put the handles where they belong."""
         for handle, z in ((self.start, start), (self.goal, goal)):
             place = self.frame.to_page(z[None])[0]
             if not np.allclose(handle.position, place, atol=1e-6):
                 handle.position = place
+        self.show_here(here)
+        for i, way in enumerate(ways):
+            colour = WAY_COLOURS[i % len(WAY_COLOURS)]
+            self._lines(f"way_{i}", segments(self.frame.to_page(thinned(way))), colour, 3.5)
+
+    def show_here(self, here: Array, trail: Array | None = None) -> None:
+        """Put the ball where the hand is (n,) [rad], and draw where it came from (m, n)."""
         self._here.position = self.frame.to_page(here[None])[0]
-        self._lines("way", segments(self.frame.to_page(thinned(path))), _WAY, 3.5)
+        if self._trail is not None:
+            self._trail.remove()
+            self._trail = None
+        if trail is not None and len(trail) > 1:
+            points = segments(self.frame.to_page(thinned(trail, _TRAIL_POINTS)))
+            self._trail = self._lines("trail", points, _TRAIL, 2.0)
 
     def show_field(self, field: str, goal: Array) -> None:
         """Draw a slice of phi or beta through the destination, and for phi a level set about it."""
@@ -127,8 +142,10 @@ class SubspaceScene:
             place = np.array(end) * self.frame.scale * (high - low)
             self._scene.add_label(f"/subspace/{name}", name, position=place)
 
-    def _lines(self, name: str, points: Array, colour: tuple[int, int, int], width: float) -> None:
-        self._scene.add_line_segments(
+    def _lines(
+        self, name: str, points: Array, colour: tuple[int, int, int], width: float
+    ) -> "viser.LineSegmentsHandle":
+        return self._scene.add_line_segments(
             f"/subspace/{name}",
             points.astype(np.float32),
             colour,
