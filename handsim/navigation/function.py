@@ -19,6 +19,7 @@ from math import exp, inf, log
 import numpy as np
 
 from handsim.errors import InputError
+from handsim.navigation._metric_evaluator import Rows, metric_of_one
 from handsim.navigation.metric import DestinationMetric
 from handsim.navigation.obstacle import TINY_BETA, LogEvaluator, Obstacle
 from handsim.reproducible import dots, units
@@ -115,8 +116,11 @@ class NavigationFunction:
         return FlowEvaluator(self.obstacle.evaluator(self.k), self.k, self._of_one)
 
     @cached_property
-    def _of_one(self) -> Callable[[Array], Array]:
-        return self.metrics if self.metric is None else _metric_of_one(self.metric)
+    def _of_one(self) -> Callable[[list[float]], Rows]:
+        if self.metric is not None:
+            return metric_of_one(self.metric)
+        identity: Rows = np.eye(self.n_dimensions).tolist()
+        return lambda _: identity
 
     def metrics(self, z_goal: Array) -> Array:
         """Return the metrics M (..., n, n) of gamma_d at destinations (..., n)."""
@@ -187,40 +191,6 @@ class NavigationFunction:
         return phi, gradient, (inverse_root * share)[:, None, None] * curvature
 
 
-def _metric_of_one(metric: DestinationMetric) -> Callable[[Array], Array]:
-    """Return a function of one destination (n,) [rad] that returns its metric (n, n).
-
-    It takes a tenth of the time of `DestinationMetric.at`, and differs by rounding alone; which,
-    unlike that of `at`, depends on the processor. The latest answer is kept.
-    """
-    n = metric.logs.shape[1]
-    first, flat = metric.logs[0].ravel(), metric.logs[1:].reshape(-1, n * n)
-    # -|z_goal - z_j|^2 / (2 reach^2) = slopes z_goal + offsets - half |z_goal|^2
-    half = 0.5 / metric.reach**2
-    slopes, offsets = 2.0 * half * metric.centres, -half * (metric.centres**2).sum(axis=1)
-    from scipy.linalg import get_lapack_funcs
-
-    (syev,) = get_lapack_funcs(("syev",))  # three times as fast as numpy.linalg.eigh
-    latest: list[tuple[bytes, Array]] = []
-
-    def of_one(z_goal: Array) -> Array:
-        asked = z_goal.tobytes()
-        for answered, found in latest[:1]:
-            if answered == asked:
-                return found
-        exponents = slopes.dot(z_goal)
-        exponents += offsets
-        exponents -= half * z_goal.dot(z_goal)
-        log = np.exp(exponents).dot(flat)
-        log += first
-        values, vectors, _ = syev(log.reshape(n, n))
-        found = (vectors * np.exp(values)).dot(vectors.T)
-        latest[:] = [(asked, found)]
-        return found
-
-    return of_one
-
-
 @dataclass
 class FlowEvaluator:
     """phi, its gradient and its flow at single points, for loops in which each microsecond counts.
@@ -236,14 +206,14 @@ class FlowEvaluator:
     k
         Exponent.
     metrics
-        Metric of a destination, see `NavigationFunction.metrics`. The latest answer is kept.
+        Metric of a destination, by rows. The latest answer is kept.
     """
 
     log_jet: LogEvaluator
     k: float
-    metrics: Callable[[Array], Array]
+    metrics: Callable[[list[float]], Rows]
     _goal: list[float] = field(default_factory=list[float], repr=False)
-    _metric: list[list[float]] = field(default_factory=list[list[float]], repr=False)
+    _metric: Rows = field(default_factory=list[list[float]], repr=False)
 
     def value_and_gradient(self, z: Array, z_goal: Array, gradient: Array) -> float:
         """Return phi, Eq. (2), and write grad phi (n,) [1/rad] at one point into ``gradient``."""
@@ -274,7 +244,7 @@ class FlowEvaluator:
         """Return gamma_d and half its gradient."""
         goal = z_goal.tolist()
         if goal != self._goal:
-            self._goal, self._metric = goal, self.metrics(z_goal).tolist()
+            self._goal, self._metric = goal, self.metrics(goal)
         away = [a - b for a, b in zip(here, goal, strict=True)]
         pull = [sum([m * a for m, a in zip(row, away, strict=True)], 0.0) for row in self._metric]
         return sum([p * a for p, a in zip(pull, away, strict=True)], 0.0), pull
