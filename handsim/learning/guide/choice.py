@@ -13,7 +13,8 @@ import numpy as np
 
 from handsim.learning.demonstration import Demonstration
 from handsim.learning.guide.predictor import GuideSettings, PathPredictor
-from handsim.navigation.paths import path_error
+from handsim.navigation.paths import at_arc_length
+from handsim.reproducible import dots, mean, total
 from handsim.types import Array
 
 _MOST = 200  # recordings left out; of more, every second, third ... is
@@ -41,14 +42,15 @@ class LeftOut:
     def of(cls, demonstrations: Sequence[Demonstration], settings: GuideSettings) -> "LeftOut":
         """Leave out each demonstration in turn; they must hold their paths."""
         asked = demonstrations[:: -(-len(demonstrations) // _MOST)]
-        paths = [d.path for d in asked if d.path is not None]
-        straight = _total_error([path[[0, -1]] for path in paths], paths)
-        scale = max(straight, np.finfo(float).tiny)
-        guides = (
-            PathPredictor.of(asked, replace(settings, progress=by_progress)).left_out()
+        with_progress, without = (
+            PathPredictor.of(asked, replace(settings, progress=by_progress))
             for by_progress in (True, False)
         )
-        return cls(*(_total_error(each, paths) / scale for each in guides))
+        paths = with_progress.paths
+        scale = max(_total_error(paths[:, [0, -1]], paths), np.finfo(float).tiny)
+        return cls(
+            *(_total_error(each.left_out(), paths) / scale for each in (with_progress, without))
+        )
 
 
 def asked_of_progress(guide: GuideSettings, left_out: LeftOut | None) -> bool | None:
@@ -60,5 +62,11 @@ def asked_of_progress(guide: GuideSettings, left_out: LeftOut | None) -> bool | 
     return None if chosen else guide.progress
 
 
-def _total_error(found: Sequence[Array] | Array, paths: Sequence[Array]) -> float:
-    return sum(path_error(a, b) for a, b in zip(found, paths, strict=True))
+def _total_error(found: Array, paths: Array) -> float:
+    """Return the sum of path errors, as of `navigation.paths.path_error` with whole recordings.
+
+    The paths of demonstrations are at equal steps of the recordings' length already.
+    """
+    fractions = np.linspace(0.0, 1.0, paths.shape[1])
+    apart = np.array([at_arc_length(path, fractions) for path in found]) - paths
+    return float(total(np.sqrt(mean(dots(apart, apart), -1))))

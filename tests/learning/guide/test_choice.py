@@ -1,5 +1,6 @@
 """Whether progress pays as a coordinate is found by leaving out, and stands in the controller."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from handsim.recordings.recording import RecordingSet
 
 S = np.linspace(0.0, 1.0, 100)
 SETTINGS = GuideSettings()
+QUICK = {"n_iterations": 6, "n_refinements": 1}
 
 
 def demonstrated(points: np.ndarray) -> Demonstration:
@@ -51,6 +53,12 @@ def whimsical(rng: np.random.Generator) -> Demonstration:
 
 def bump(middle: float, width: float) -> np.ndarray:
     return np.exp(-0.5 * ((S - middle) / width) ** 2)
+
+
+def total_error(found: Sequence[np.ndarray], shown: list[Demonstration]) -> float:
+    """Sum of errors at equal steps of the paths' own lengths."""
+    apart = [at_arc_length(a, S) - d.path for a, d in zip(found, shown, strict=True)]
+    return float(sum(np.sqrt(np.mean(np.sum(each**2, axis=1))) for each in apart))
 
 
 def made(kind, count: int = 16) -> list[Demonstration]:
@@ -88,9 +96,8 @@ def test_people_who_retrace_have_progress_and_those_of_many_whims_do_not() -> No
 def test_figures_are_ratios_of_errors_left_out() -> None:
     shown = made(retracing)
     found = PathPredictor.of(shown, SETTINGS).left_out()
-    errors = [path_error(a, d.path) for a, d in zip(found, shown, strict=True)]
-    straight = [path_error(d.path[[0, -1]], d.path) for d in shown]
-    wanted = sum(errors) / sum(straight)
+    straight = [d.z_start + S[:, None] * (d.z_goal - d.z_start) for d in shown]
+    wanted = total_error(found, shown) / total_error(straight, shown)
     assert LeftOut.of(shown, SETTINGS).with_progress == pytest.approx(wanted)
     assert LeftOut.of(shown, replace(SETTINGS, progress=False)) == LeftOut.of(shown, SETTINGS)
 
@@ -122,7 +129,8 @@ def test_short_chords_bend_less_and_paths_begin_and_end_where_asked() -> None:
 
 @pytest.fixture(scope="module")
 def learned(recordings: RecordingSet) -> Learned:
-    return learn_controller(RecordingSet(recordings.recordings[:6]), n_components=2)
+    few = RecordingSet(recordings.recordings[:6])
+    return learn_controller(few, n_components=2, options=QUICK)
 
 
 def test_learning_decides_and_tells(learned: Learned) -> None:
@@ -165,7 +173,7 @@ def test_figures_and_progress_that_is_usual_do_not_make_another_controller(
 def test_what_was_asked_for_is_asked_for_again(recordings: RecordingSet) -> None:
     few = RecordingSet(recordings.recordings[:6])
     for asked in (True, False):
-        found = learn_controller(few, 2, guided=True, by_progress=asked).controller
+        found = learn_controller(few, 2, by_progress=asked, options=QUICK).controller
         assert found.guide.progress is asked
         pays = found.left_out.progress_pays
         assert asked_of_progress(found.guide, found.left_out) is (None if asked is pays else asked)
@@ -174,7 +182,7 @@ def test_what_was_asked_for_is_asked_for_again(recordings: RecordingSet) -> None
             assert again.guide.progress is asked
     with pytest.raises(InputError, match="without a guide"):
         learn_controller(few, 2, guided=False, by_progress=True)
-    plain = learn_controller(few, 2, guided=False)
+    plain = learn_controller(few, 2, guided=False, options=QUICK)
     assert plain.summary["by_progress"] is None is plain.controller.left_out
 
 
