@@ -17,16 +17,13 @@ was learned at it tends to exp(S_0). (Logarithms make a vector space of the metr
 """
 
 from dataclasses import dataclass, field
-from math import factorial
 
 import numpy as np
-import numpy.typing as npt
 
+from handsim.navigation.matrix_exponential import exponential
 from handsim.reproducible import dots, exp, total
 from handsim.types import Array
 
-# Coefficients of exp's powers 0 to 15, by fours; at a norm of 1/2 the next term is below 1e-18.
-_TAYLOR = np.array([1.0 / factorial(power) for power in range(16)]).reshape(4, 4)
 _Answer = tuple[tuple[tuple[int, ...], bytes], Array]  # shape and bytes asked for, metrics
 _Known = tuple[dict[bytes, int], Array]  # destinations as bytes to places, and their metrics
 
@@ -91,67 +88,3 @@ def gaussian_kernel(a: Array, b: Array, reach: float) -> Array:
     """Return K between points a (N, n) and b (m, n), (N, m)."""
     apart = a[:, None] - b[None]
     return exp(-0.5 * dots(apart, apart) / (reach * reach))
-
-
-def exponential(logs: Array) -> Array:
-    """Return exp of symmetric matrices (N, n, n), symmetric to the bit."""
-    metrics = np.moveaxis(_exponential(_stacked(logs), _halvings(logs)), -1, 0)
-    return 0.5 * (metrics + np.swapaxes(metrics, 1, 2))
-
-
-def exponential_slope(logs: Array, directions: Array) -> Array:
-    """Return the derivatives (N, n, n) of `exponential` along symmetric directions (N, n, n).
-
-    The upper right block of exp [[S, D], [0, S]] (Higham 2008, Functions of Matrices, Eq. 3.16).
-    """
-    n = logs.shape[1]
-    upper = np.concatenate([_stacked(logs), _stacked(directions)], axis=1)
-    slopes = np.moveaxis(_exponential(upper, _halvings(logs))[:, n:], -1, 0)
-    return 0.5 * (slopes + np.swapaxes(slopes, 1, 2))
-
-
-def _stacked(matrices: Array) -> Array:
-    """Return matrices (N, n, n) as (n, n, N): steps along the last axis are what arrays do fast."""
-    return np.ascontiguousarray(np.moveaxis(matrices, 0, -1))
-
-
-def _halvings(logs: Array) -> npt.NDArray[np.int32]:
-    """Return how often matrices (N, n, n) are halved until their norm is 1/2 or less."""
-    flat = logs.reshape(len(logs), -1)
-    return np.maximum(np.frexp(np.sqrt(dots(flat, flat)))[1] + 1, 0)
-
-
-def _exponential(upper: Array, halvings: npt.NDArray[np.int32]) -> Array:
-    """Return the upper rows (n, w, N) of the exponentials of matrices, given by theirs.
-
-    They are S where w = n, and [S, D] of [[S, D], [0, S]] where w = 2 n.
-
-    The Taylor polynomial of degree 15 of the halved matrices, in blocks of four powers (Paterson
-    and Stockmeyer 1973), is squared as often as they were halved. All in reproducible arithmetic.
-    """
-    n, width, _ = upper.shape
-    x = np.ldexp(upper, -halvings)
-    square = _product(x, x)
-    fourth = _product(square, square)
-    one = np.broadcast_to(np.eye(n, width)[:, :, None], x.shape)
-    powers = np.stack([one, x, square, _product(square, x)])
-    blocks = total(_TAYLOR[:, :, None, None, None] * powers, 1)
-    value = blocks[-1]
-    for block in blocks[-2::-1]:
-        value = _product(value, fourth) + block
-    for i in range(int(halvings.max(initial=0))):
-        value = np.where(halvings > i, _product(value, value), value)
-    return value
-
-
-def _product(a: Array, b: Array) -> Array:
-    """Return the upper rows of matrix products from those of the factors, all (n, w, N)."""
-    n = len(b)
-    whole = b
-    if b.shape[1] > n:
-        whole = np.zeros((2 * n, *b.shape[1:]))
-        whole[:n], whole[n:, n:] = b, b[:, :n]
-    result = a[:, :1] * whole[:1]
-    for j in range(1, len(whole)):
-        result += a[:, j : j + 1] * whole[j : j + 1]
-    return result
