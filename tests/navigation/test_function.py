@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from handsim.errors import InputError
-from handsim.navigation._metric_evaluator import metric_of_one
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
-from handsim.navigation.function import NavigationFunction
+from handsim.navigation.function import NavigationFunction, _metric_of_one
 from handsim.navigation.metric import DestinationMetric
 from handsim.navigation.obstacle import ExponentialObstacle, Obstacle, SplineObstacle
 
@@ -241,7 +240,7 @@ def test_the_metric_of_one_destination_is_that_of_many(n: int) -> None:
     half = rng.normal(size=(6, n, n))
     logs = 0.3 * (half + np.swapaxes(half, 1, 2))
     metric = DestinationMetric(rng.normal(size=(5, n)), logs, 0.8)
-    of_one = metric_of_one(metric)
+    of_one = _metric_of_one(metric)
     goals = rng.normal(size=(20, n))
     far = np.full((1, n), 50.0)  # where all shares vanish
     for goal, wanted in zip(

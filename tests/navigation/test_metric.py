@@ -5,8 +5,12 @@ import pytest
 from scipy.linalg import expm
 
 from handsim.navigation import metric as metric_module
-from handsim.navigation.matrix_exponential import Exponential, exponential
-from handsim.navigation.metric import DestinationMetric, gaussian_kernel
+from handsim.navigation.metric import (
+    DestinationMetric,
+    Exponential,
+    exponential,
+    gaussian_kernel,
+)
 
 
 @pytest.mark.parametrize("reach", [0.5, 2.0])

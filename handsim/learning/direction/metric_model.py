@@ -13,8 +13,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from handsim.navigation.matrix_exponential import Exponential
-from handsim.navigation.metric import DestinationMetric, gaussian_kernel
+from handsim.navigation.metric import DestinationMetric, Exponential, gaussian_kernel
 from handsim.reproducible import lower_solved, total, upper_solved
 from handsim.types import Array
 
