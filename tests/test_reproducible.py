@@ -101,7 +101,8 @@ def test_exact_products_are_exact_whatever_the_order() -> None:
 
 OURS = (
     "navigation/_bernstein", "navigation/certificate", "navigation/metric", "navigation/paths",
-    "navigation/flow", "learning/fit/designs",
+    "navigation/flow", "learning/fit/designs", "learning/fit/direction_cost",
+    "learning/direction/change_bounds", "learning/guide/choice", "learning/guide/gaussian_process",
     "learning/fit/field_samples", "learning/fit/history", "learning/fit/lbfgs",
     "learning/fit/smoothness", "learning/direction/averaging", "learning/direction/descent",
     "learning/direction/learner", "learning/direction/metric_model", "learning/direction/samples",

@@ -10,6 +10,8 @@ the greatest over the patch of the point. Where the descent condition is far fro
 not be looked at again until the coefficients have changed by that much.
 """
 
+from math import prod
+
 import numpy as np
 
 from handsim.learning.fit.designs import JetDesign
@@ -31,36 +33,36 @@ class ChangeBounds:
     """
 
     def __init__(self, basis: TensorBasis, design: JetDesign, points: Array, goals: Array) -> None:
-        self._shape, self._degree = basis.shape, basis.degree
         low, high = goals.min(axis=0), goals.max(axis=0)
         self._levers = np.maximum(np.abs(points - low), np.abs(points - high)).T.copy()
-        n_cells = tuple(m - basis.degree for m in basis.shape)
-        firsts = np.unravel_index(design.corners, basis.shape)
-        self._cells = np.ravel_multi_index(firsts, n_cells)
-        self._steps: list[Array] = []
-        for j, (axis, m) in enumerate(zip(basis.axes, basis.shape, strict=True)):
+        self._corners, self._degree = design.corners, basis.degree
+        # Neighbours along a dimension are so many places apart in the stack of coefficients.
+        self._strides = [prod(basis.shape[j + 1 :]) for j in range(len(basis.shape))]
+        self._scales: list[Array] = []
+        for axis, m, stride in zip(basis.axes, basis.shape, self._strides, strict=True):
             t = axis.knots
             steps = (t[basis.degree + 1 : basis.degree + m] - t[1:m]) / basis.degree
-            self._steps.append(steps.reshape([-1 if i == j else 1 for i in range(len(n_cells))]))
+            scales = np.append(1.0 / steps, 0.0)  # from the last there is no step
+            places = np.arange(basis.n_coefficients - stride) // stride % m
+            self._scales.append(scales[places])
 
     def __call__(self, change: Array) -> Array:
         """Return the bounds (N,) for a change of the coefficients (prod(m_i),)."""
-        change = change.reshape(self._shape)
-        result = np.zeros(len(self._cells))
-        for j, (levers, steps) in enumerate(zip(self._levers, self._steps, strict=True)):
-            slopes = np.abs(np.diff(change, axis=j)) / steps
-            for axis in range(change.ndim):
-                slopes = _greatest(slopes, axis, self._degree + (axis != j))
-            result += levers * slopes.ravel().take(self._cells)
+        result = np.zeros(len(self._corners))
+        for along, levers, scales in zip(self._strides, self._levers, self._scales, strict=True):
+            slopes = np.abs(change[along:] - change[:-along]) * scales
+            for stride in self._strides:
+                # Runs that reach over an end of a dimension begin at no point's corner.
+                slopes = _greatest(slopes, stride, self._degree + (stride != along))
+            result += levers * slopes.take(self._corners)
         return result
 
 
-def _greatest(x: Array, axis: int, width: int) -> Array:
-    """Return the greatest of ``width`` neighbours along an axis, of each run of them."""
+def _greatest(x: Array, stride: int, width: int) -> Array:
+    """Return the greatest of each ``width`` numbers of an array (m,), ``stride`` places apart."""
     done = 1
     while done < width:
         further = min(done, width - done)
-        before = (slice(None),) * axis
-        x = np.maximum(x[(*before, slice(None, -further))], x[(*before, slice(further, None))])
+        x = np.maximum(x[: -further * stride], x[further * stride :])
         done += further
     return x

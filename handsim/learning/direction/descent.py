@@ -52,6 +52,8 @@ class DescentCondition:
         active[where] = np.maximum(excess + self.shift[where], 0.0)
         value = self.weight * dot(active, active)
         held = np.flatnonzero(active[where])  # few: elsewhere there is nothing to differentiate
+        if not held.size:
+            return value, np.zeros(len(c))
         slope = 2.0 * self.weight * active[where][held] * lever[:, held]
         return value, design.taken(held).pulled_back(None, slope)
 
