@@ -21,6 +21,7 @@ _LN2_LOW = 1.90821492927058770002e-10
 _EXP_COEFFICIENTS = [1.0 / factorial(power) for power in range(14)]
 _LOG_COEFFICIENTS = [1.0 / (2 * term + 1) for term in range(12)]
 _EXP_RANGE = (-745.0, 709.0)
+_FEW = 16
 
 
 def total(x: Array, axis: int = 0) -> Array:
@@ -46,8 +47,25 @@ def mean(x: Array, axis: int = 0) -> Array:
 
 
 def dot(a: Array, b: Array) -> float:
-    """Return the scalar product of two vectors (n,)."""
-    return float(total(a * b))
+    """Return the scalar product of two vectors (n,), added as `total` adds."""
+    parts = a * b
+    n = len(parts)
+    while n > _FEW:
+        half = n // 2
+        folded = parts[:half]
+        folded += parts[half : 2 * half]
+        if n % 2:
+            folded[0] += parts[n - 1]
+        parts, n = folded, half
+    rest: list[float] = parts.tolist()  # of few numbers, floats are faster than arrays
+    while n > 1:
+        half, last = n // 2, rest[n - 1]
+        for i in range(half):
+            rest[i] += rest[half + i]
+        if n % 2:
+            rest[0] += last
+        n = half
+    return rest[0] if rest else 0.0
 
 
 def dots(a: Array, b: Array) -> Array:

@@ -45,6 +45,14 @@ def test_totals_leave_their_input_alone_and_have_a_written_order() -> None:
     np.testing.assert_array_equal(x, kept)
 
 
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 7, 15, 16, 17, 31, 33, 64, 1000, 1573, 4097])
+def test_scalar_products_add_as_totals_do(n: int) -> None:
+    a, b = RNG.normal(size=(2, n))
+    kept = a.copy(), b.copy()
+    assert dot(a, b) == float(total(a * b))
+    np.testing.assert_array_equal((a, b), kept)
+
+
 def test_products_of_vectors_and_matrices() -> None:
     a, b = RNG.normal(size=(5, 3, 4)), RNG.normal(size=(5, 4, 2))
     np.testing.assert_allclose(product(a, b), a @ b, atol=1e-14)
@@ -93,7 +101,8 @@ def test_exact_products_are_exact_whatever_the_order() -> None:
 
 OURS = (
     "navigation/_bernstein", "navigation/certificate", "navigation/metric", "navigation/paths",
-    "navigation/flow", "learning/fit/designs",
+    "navigation/flow", "learning/fit/designs", "learning/fit/direction_cost",
+    "learning/direction/change_bounds", "learning/guide/choice", "learning/guide/gaussian_process",
     "learning/fit/field_samples", "learning/fit/history", "learning/fit/lbfgs",
     "learning/fit/smoothness", "learning/direction/averaging", "learning/direction/descent",
     "learning/direction/learner", "learning/direction/metric_model", "learning/direction/samples",

@@ -35,6 +35,13 @@ def learn(
     field_only: Annotated[
         bool, typer.Option("--field-only", help="Follow beta's flow instead of predicted paths.")
     ] = False,
+    by_progress: Annotated[
+        bool | None,
+        typer.Option(
+            "--with-progress/--without-progress",
+            help="Progress as a coordinate of the field; chosen by leaving out recordings.",
+        ),
+    ] = None,
     certified: Annotated[
         bool, typer.Option("--certified", help="The default now; kept for earlier scripts.")
     ] = False,
@@ -49,6 +56,9 @@ def learn(
     from handsim.recordings.plausibility import PlausibilityWarning
 
     writable(output, ".npz")
+    if by_progress is not None and (field_only or method == "pde"):
+        asked = f"--with{'' if by_progress else 'out'}-progress"
+        raise InputError(f"{asked} with --field-only or --method pde; leave one out")
     if certified:
         if free or method == "pde":
             raise InputError("--certified with --free or --method pde; leave one out")
@@ -63,6 +73,7 @@ def learn(
             k=k,
             certified=False if free else None,
             guided=False if field_only else None,
+            by_progress=by_progress,
             seed=seed,
             progress=progress,
             accept=accept or (),
@@ -78,8 +89,18 @@ def learn(
         f"{100 * summary['variance_explained']:.1f} %, cost {summary['cost_start']:.4g} to "
         f"{summary['cost_end']:.4g} in {summary['iterations']} iterations"
     )
+    if summary["left_out"]:
+        note(_progress_line(summary["by_progress"], **summary["left_out"]))
     learned.controller.save(output)
     note(f"wrote {output}")
+
+
+def _progress_line(by_progress: bool, with_progress: float, without_progress: float) -> str:
+    return (
+        f"recordings left out: {with_progress:.3f} of a straight line's error with progress as "
+        f"a coordinate, {without_progress:.3f} without; learned "
+        f"{'with' if by_progress else 'without'} it"
+    )
 
 
 def certify(controller: ControllerFile = None, json: JsonFlag = False) -> None:

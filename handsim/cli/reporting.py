@@ -195,6 +195,16 @@ def _grasps(controller: Path | None, tasks: str) -> "list[Rollout]":
     return [grasper(task, conditions) for task in progress(chosen, "grasping")]
 
 
+def _progress_asked(learned: "GraspController") -> list[str]:
+    """Option by which progress was made a coordinate or not, where it was not left to be chosen."""
+    from handsim.learning.guide.choice import asked_of_progress
+
+    if learned.guide is None or learned.left_out is None:
+        return []
+    asked = asked_of_progress(learned.guide, learned.left_out)
+    return {None: [], True: ["--with-progress"], False: ["--without-progress"]}[asked]
+
+
 def _commands(learned: "GraspController", folder: Path | None) -> list[str]:
     """Command lines that lead to the page, this one last."""
     data = [] if folder is None else [str(folder)]
@@ -203,6 +213,7 @@ def _commands(learned: "GraspController", folder: Path | None) -> list[str]:
         *("--components", str(learned.navigation.n_dimensions), "--k", f"{learned.navigation.k:g}"),
         *(["--free"] if learned.method == "direction" and not learned.certified else []),
         *(["--field-only"] if learned.method == "direction" and learned.guide is None else []),
+        *_progress_asked(learned),
     ]
     steps = (
         learn,

@@ -14,6 +14,7 @@ from handsim.errors import InputError
 from handsim.joints import LOWER, N_JOINTS, UPPER
 from handsim.learning.base import plain
 from handsim.learning.demonstration import SIGNAL_PROGRESS, Demonstration
+from handsim.learning.guide.choice import LeftOut
 from handsim.learning.guide.predictor import GuideSettings
 from handsim.learning.movement.progress import N_PROGRESS, check_duration
 from handsim.learning.options import check_options, is_foreign
@@ -85,6 +86,10 @@ def content_of(controller: "GraspController") -> tuple[dict[str, Any], dict[str,
         metadata["accepted"] = list(controller.accepted)
     if controller.guide:
         metadata["guide"] = asdict(controller.guide)
+        if controller.guide.progress:  # what files without a word of it mean
+            del metadata["guide"]["progress"]
+    if controller.left_out:
+        metadata["left_out"] = asdict(controller.left_out)
     metric = controller.navigation.metric
     if metric:
         metadata["metric_reach"] = metric.reach
@@ -116,6 +121,7 @@ def restored(metadata: Mapping[str, Any], arrays: Arrays) -> dict[str, Any]:
         "options": stored_options(metadata),
         "accepted": tuple(map(str, metadata.get("accepted", ()))),
         "guide": _guide_of(metadata),
+        "left_out": _left_out_of(metadata),
         "ranges": arrays.get("ranges", np.array([LOWER, UPPER])),
     }
 
@@ -125,9 +131,22 @@ def _guide_of(metadata: Mapping[str, Any]) -> GuideSettings | None:
         return None
     settings = GuideSettings(**metadata["guide"])
     for name, value in vars(settings).items():
-        if not isinstance(value, float) or not 0.0 < value <= MAX_VALUE:
+        if name == "progress":
+            if not isinstance(value, bool):
+                raise TypeError(f"guide {name} = {value!r} is not true or false")
+        elif not isinstance(value, float) or not 0.0 < value <= MAX_VALUE:
             raise ValueError(f"guide {name} = {value!r} is not a positive number")
     return settings
+
+
+def _left_out_of(metadata: Mapping[str, Any]) -> LeftOut | None:
+    if "left_out" not in metadata:
+        return None
+    left_out = LeftOut(**metadata["left_out"])
+    for name, value in vars(left_out).items():
+        if not isinstance(value, float) or not 0.0 <= value <= MAX_VALUE:
+            raise ValueError(f"left_out {name} = {value!r} is not a ratio")
+    return left_out
 
 
 def _navigation_of(metadata: Mapping[str, Any], arrays: Arrays) -> NavigationFunction:

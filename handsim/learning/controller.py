@@ -14,6 +14,8 @@ from handsim.files import read_archive, write_archive
 from handsim.joints import LOWER, N_JOINTS, UPPER
 from handsim.learning._stored_controller import content_of, restored
 from handsim.learning.demonstration import Demonstration, named
+from handsim.learning.guide.choice import LeftOut
+from handsim.learning.guide.chord_field import ChordField
 from handsim.learning.guide.field import GuidedField
 from handsim.learning.guide.likeness import Grasped
 from handsim.learning.guide.predictor import GuideSettings, PathPredictor
@@ -63,6 +65,9 @@ class GraspController:
     guide
         How the path of each query is predicted from the recordings; None if the flow of
         ``navigation`` is followed instead, which knows of the destination alone.
+    left_out
+        What leaving out each recording said of progress as a coordinate; None where it was not
+        asked, as in files of earlier versions.
     ranges : (2, 22) [rad]
         Least and greatest joint angles of the person.
     """
@@ -75,6 +80,7 @@ class GraspController:
     options: Mapping[str, Any] = field(default_factory=dict[str, Any])
     accepted: tuple[str, ...] = ()
     guide: GuideSettings | None = None
+    left_out: LeftOut | None = None
     ranges: Array = field(default_factory=lambda: np.array([LOWER, UPPER]))
 
     def __eq__(self, other: object) -> bool:
@@ -128,7 +134,8 @@ class GraspController:
         assert self.predictor is not None  # files with a guide hold the paths
         path = self.predictor.path(start, goal, grasped)
         k, box = self.navigation.k, (obstacle.lower, obstacle.upper, obstacle.width)
-        return GuidedField.leading(path, *box, k, self.guide.pull)
+        kind = GuidedField if self.guide.progress else ChordField
+        return kind.leading(path, *box, k, self.guide.pull)
 
     def path(self, z_start: Array, z_goal: Array, grasped: Grasped | None = None) -> FlowPath:
         """Follow the flow of a query (see `field`) from its start to its destination.

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, cast
 
@@ -14,6 +14,7 @@ from handsim.learning.base import Learner
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import demonstrations_of
 from handsim.learning.direction.learner import DirectionLearner
+from handsim.learning.guide.choice import LeftOut, asked_of_progress
 from handsim.learning.guide.predictor import GuideSettings
 from handsim.learning.options import (
     Method,
@@ -40,9 +41,11 @@ class Learned(Result):
     controller
     summary
         ``method, n_recordings, n_components, variance_explained, n_coefficients, iterations,
-        seconds, cost_start, cost_end, certified, guided, options``; for ``pde`` also ``positive``
-        and ``closed``, whether Eqs. (4) and (5) of the paper hold. None stands for what a learner
-        of another package does not say.
+        seconds, cost_start, cost_end, certified, guided, by_progress, left_out, options``; for
+        ``pde`` also ``positive`` and ``closed``, whether Eqs. (4) and (5) of the paper hold. None
+        stands for what a learner of another package does not say. ``by_progress`` is whether
+        progress is a coordinate of the field, ``left_out`` what spoke for it (`LeftOut`); both are
+        None without a guide.
     """
 
     controller: GraspController
@@ -69,6 +72,7 @@ def learn_controller(
     options: Mapping[str, Any] | None = None,
     accept: Collection[str] = (),
     guided: bool | None = None,
+    by_progress: bool | None = None,
 ) -> Learned:
     """Learn subspace and navigation function from recordings.
 
@@ -97,6 +101,9 @@ def learn_controller(
     guided
         Predict a path for each query and lead along it (`handsim.learning.guide`); by default with
         ``direction``. Otherwise the flow learned is followed, which knows of the destination alone.
+    by_progress
+        Take progress as a coordinate of the field that leads along the guide; by default if guides
+        to recordings left out are at least as near with it (`handsim.learning.guide.choice`).
 
     Raises
     ------
@@ -121,22 +128,38 @@ def learn_controller(
         learner = method
         if k is not None or certified is not None or seed or options:
             raise InputError(f"options beside {learner!r}; give them to the learner itself")
-    guide = _guide_for(learner, guided)
+    guide = _guide_for(learner, guided, by_progress)
     kept = options_of(learner)
     subspace = PostureSubspace(n_components).fit(np.vstack([r.q for r in recordings]))
     paths = [subspace.transform(r.q) for r in recordings]
     began = perf_counter()
     learner.fit(paths, [r.time for r in recordings], progress=progress)
     seconds = perf_counter() - began
-    return _learned(recordings, subspace, learner, kept, tuple(sorted(accept)), guide, seconds)
+    learned = _learned(recordings, subspace, learner, kept, tuple(sorted(accept)), guide, seconds)
+    return learned if guide is None else _with_choice(learned, guide, by_progress)
 
 
-def _guide_for(learner: Learner, guided: bool | None) -> GuideSettings | None:
+def _guide_for(
+    learner: Learner, guided: bool | None, by_progress: bool | None
+) -> GuideSettings | None:
     """Return how queries are guided; a guide needs the closing layer of a direction fit."""
     possible = isinstance(learner, DirectionLearner)
     if guided and not possible:
         raise InputError(f"no guide is known for {learner!r}; choose method direction")
-    return GuideSettings() if possible and guided is not False else None
+    guide = GuideSettings() if possible and guided is not False else None
+    if guide is None and by_progress is not None:
+        raise InputError(f"by_progress = {by_progress} without a guide; leave one out")
+    return guide
+
+
+def _with_choice(learned: Learned, guide: GuideSettings, by_progress: bool | None) -> Learned:
+    """Choose whether progress is a coordinate where nobody did, and keep what spoke for it."""
+    left_out = LeftOut.of(learned.controller.demonstrations, guide)
+    chosen = left_out.progress_pays if by_progress is None else by_progress
+    guide = replace(guide, progress=chosen)
+    controller = replace(learned.controller, guide=guide, left_out=left_out)
+    said = {"by_progress": chosen, "left_out": vars(left_out)}
+    return Learned(controller, learned.summary | said)
 
 
 def fitted_ranges(recordings: RecordingSet) -> Array:
@@ -182,6 +205,8 @@ def _learned(
         "cost_end": getattr(learner, "cost_end_", None),
         "certified": controller.certified,
         "guided": controller.guide is not None,
+        "by_progress": None,
+        "left_out": None,
         "options": dict(controller.options),
     }
     if isinstance(learner, PDELearner):
@@ -224,8 +249,12 @@ def learn_like(
         copy = learner_with(cast(Method, method), learned.options)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # they were said the first time
-        guided = learned.guide is not None
-        found = learn_controller(recordings, n, copy, accept=learned.accepted, guided=guided)
+        guide = learned.guide
+        asked = None if guide is None else asked_of_progress(guide, learned.left_out)
+        found = learn_controller(
+            recordings, n, copy, accept=learned.accepted, guided=guide is not None,
+            by_progress=asked,
+        )  # fmt: skip
     return found.controller
 
 

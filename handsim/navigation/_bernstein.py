@@ -102,5 +102,20 @@ def _left_half(degree: int) -> Array:
 
 
 def _along(matrix: Array, array: Array, axis: int) -> Array:
-    last = np.moveaxis(array, axis, -1)
-    return np.moveaxis(total(last[..., None, :] * matrix, -1), -1, axis)
+    """Return the products of a matrix (m, m) with all rows (m,) along an axis of an array."""
+    result = np.empty_like(array)
+    rows, products = np.moveaxis(array, axis, 0), np.moveaxis(result, axis, 0)
+    for i, weights in enumerate(matrix):
+        products[i] = _summed([row * weight for row, weight in zip(rows, weights, strict=True)])
+    return result
+
+
+def _summed(parts: list[Array]) -> Array:
+    """Return what `total` does of arrays, without bringing them together first."""
+    while len(parts) > 1:
+        half = len(parts) // 2
+        folded = [a + b for a, b in zip(parts[:half], parts[half : 2 * half], strict=True)]
+        if len(parts) % 2:
+            folded[0] += parts[-1]
+        parts = folded
+    return parts[0]

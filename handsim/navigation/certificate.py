@@ -175,7 +175,11 @@ def violations(
     They are the places of the Bernstein coefficients above the limit, the largest first, on cells
     halved once: where a fit under that limit has to be held.
     """
-    cells = Cells.of(chi).halved()
+    cells = Cells.of(chi)
+    most_there = _descent_coefficients(cells, low, high).reshape(len(cells.origin), -1).max(axis=1)
+    # Coefficients on halves are means of those on the whole: elsewhere none is above.
+    possible = most_there + 2.0 * _rounding_of(cells, low, high) > limit
+    cells = cells.take(possible).halved()
     coefficients = _descent_coefficients(cells, low, high)
     above = np.argwhere(coefficients > limit)
     largest = np.argsort(-coefficients[tuple(above.T)], kind="stable")[:most]

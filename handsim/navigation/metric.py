@@ -20,13 +20,13 @@ from dataclasses import dataclass, field
 from math import factorial
 
 import numpy as np
-import numpy.typing as npt
 
 from handsim.reproducible import dots, exp, total
-from handsim.types import Array
+from handsim.types import Array, Mask
 
 # Coefficients of exp's powers 0 to 15, by fours; at a norm of 1/2 the next term is below 1e-18.
 _TAYLOR = np.array([1.0 / factorial(power) for power in range(16)]).reshape(4, 4)
+_OF_ONE, _OF_FIRST, _OF_SQUARE, _OF_CUBE = _TAYLOR.T[:, :, None, None, None]
 _Answer = tuple[tuple[tuple[int, ...], bytes], Array]  # shape and bytes asked for, metrics
 _Known = tuple[dict[bytes, int], Array]  # destinations as bytes to places, and their metrics
 
@@ -93,65 +93,91 @@ def gaussian_kernel(a: Array, b: Array, reach: float) -> Array:
     return exp(-0.5 * dots(apart, apart) / (reach * reach))
 
 
+class Exponential:
+    """exp of symmetric matrices (N, n, n), and their derivatives, in reproducible arithmetic.
+
+    The Taylor polynomial of degree 15 of the matrices, halved until their norm is 1/2 or less, in
+    blocks of four powers (Paterson and Stockmeyer 1973), is squared as often as they were halved.
+    The derivative along D is the upper right block of exp [[S, D], [0, S]] (Higham 2008, Functions
+    of Matrices, Eq. 3.16), whose other blocks are those of exp S and are kept.
+
+    Attributes
+    ----------
+    value : (N, n, n)
+        Symmetric to the bit.
+    """
+
+    def __init__(self, logs: Array) -> None:
+        n = logs.shape[1]
+        flat = logs.reshape(len(logs), -1)
+        self._halvings = np.maximum(np.frexp(np.sqrt(dots(flat, flat)))[1] + 1, 0)
+        x = np.ldexp(_stacked(logs), -self._halvings)
+        square = _product(x, x)
+        self._fourth = _product(square, square)
+        self._powers = (x, square)
+        cube = _product(square, x)
+        even = _OF_ONE * np.eye(n)[:, :, None] + _OF_SQUARE * square
+        blocks = even + (_OF_FIRST * x + _OF_CUBE * cube)
+        value = blocks[-1]
+        self._values: list[Array] = []  # before each product, with the fourth power or themselves
+        for block in blocks[-2::-1]:
+            self._values.append(value)
+            value = _product(value, self._fourth) + block
+        most = int(self._halvings.max(initial=0))
+        self._squared = [self._halvings > i for i in range(most)]
+        for which in self._squared:
+            self._values.append(value)
+            value = _where(which, _product(value, value), value)
+        self.value = _symmetric(value)
+
+    def slopes(self, directions: Array) -> Array:
+        """Return the derivatives (N, n, n) of `value` along symmetric directions (N, n, n)."""
+        x, square = self._powers
+        by_x = np.ldexp(_stacked(directions), -self._halvings)
+        by_square = _product_slope(x, by_x, x, by_x)
+        by_fourth = _product_slope(square, by_square, square, by_square)
+        by_cube = _product_slope(square, by_square, x, by_x)
+        blocks = _OF_SQUARE * by_square + (_OF_FIRST * by_x + _OF_CUBE * by_cube)
+        slope, values = blocks[-1], iter(self._values)
+        for block in blocks[-2::-1]:
+            slope = _product_slope(next(values), slope, self._fourth, by_fourth) + block
+        for which, value in zip(self._squared, values, strict=True):
+            slope = _where(which, _product_slope(value, slope, value, slope), slope)
+        return _symmetric(slope)
+
+
 def exponential(logs: Array) -> Array:
     """Return exp of symmetric matrices (N, n, n), symmetric to the bit."""
-    metrics = np.moveaxis(_exponential(_stacked(logs), _halvings(logs)), -1, 0)
-    return 0.5 * (metrics + np.swapaxes(metrics, 1, 2))
-
-
-def exponential_slope(logs: Array, directions: Array) -> Array:
-    """Return the derivatives (N, n, n) of `exponential` along symmetric directions (N, n, n).
-
-    The upper right block of exp [[S, D], [0, S]] (Higham 2008, Functions of Matrices, Eq. 3.16).
-    """
-    n = logs.shape[1]
-    upper = np.concatenate([_stacked(logs), _stacked(directions)], axis=1)
-    slopes = np.moveaxis(_exponential(upper, _halvings(logs))[:, n:], -1, 0)
-    return 0.5 * (slopes + np.swapaxes(slopes, 1, 2))
+    return Exponential(logs).value
 
 
 def _stacked(matrices: Array) -> Array:
     """Return matrices (N, n, n) as (n, n, N): steps along the last axis are what arrays do fast."""
-    return np.ascontiguousarray(np.moveaxis(matrices, 0, -1))
+    return np.ascontiguousarray(matrices.transpose(1, 2, 0))
 
 
-def _halvings(logs: Array) -> npt.NDArray[np.int32]:
-    """Return how often matrices (N, n, n) are halved until their norm is 1/2 or less."""
-    flat = logs.reshape(len(logs), -1)
-    return np.maximum(np.frexp(np.sqrt(dots(flat, flat)))[1] + 1, 0)
+def _symmetric(stacked: Array) -> Array:
+    """Return matrices (n, n, N) as (N, n, n), each the mean of itself and its transpose."""
+    return (0.5 * (stacked + stacked.transpose(1, 0, 2))).transpose(2, 0, 1)
 
 
-def _exponential(upper: Array, halvings: npt.NDArray[np.int32]) -> Array:
-    """Return the upper rows (n, w, N) of the exponentials of matrices, given by theirs.
-
-    They are S where w = n, and [S, D] of [[S, D], [0, S]] where w = 2 n.
-
-    The Taylor polynomial of degree 15 of the halved matrices, in blocks of four powers (Paterson
-    and Stockmeyer 1973), is squared as often as they were halved. All in reproducible arithmetic.
-    """
-    n, width, _ = upper.shape
-    x = np.ldexp(upper, -halvings)
-    square = _product(x, x)
-    fourth = _product(square, square)
-    one = np.broadcast_to(np.eye(n, width)[:, :, None], x.shape)
-    powers = np.stack([one, x, square, _product(square, x)])
-    blocks = total(_TAYLOR[:, :, None, None, None] * powers, 1)
-    value = blocks[-1]
-    for block in blocks[-2::-1]:
-        value = _product(value, fourth) + block
-    for i in range(int(halvings.max(initial=0))):
-        value = np.where(halvings > i, _product(value, value), value)
-    return value
+def _where(which: Mask, ours: Array, theirs: Array) -> Array:
+    return ours if which.all() else np.where(which, ours, theirs)
 
 
 def _product(a: Array, b: Array) -> Array:
-    """Return the upper rows of matrix products from those of the factors, all (n, w, N)."""
-    n = len(b)
-    whole = b
-    if b.shape[1] > n:
-        whole = np.zeros((2 * n, *b.shape[1:]))
-        whole[:n], whole[n:, n:] = b, b[:, :n]
-    result = a[:, :1] * whole[:1]
-    for j in range(1, len(whole)):
-        result += a[:, j : j + 1] * whole[j : j + 1]
+    """Return the products of matrices (n, n, N), their terms added one after another."""
+    terms = a[:, :, None] * b
+    result = terms[:, 0]
+    for i in range(1, len(b)):
+        result = result + terms[:, i]
+    return result
+
+
+def _product_slope(a: Array, by_a: Array, b: Array, by_b: Array) -> Array:
+    """Return the derivatives of products of matrices a and b from theirs, all (n, n, N)."""
+    terms = by_a[:, :, None] * b
+    result = _product(a, by_b)
+    for i in range(len(b)):
+        result = result + terms[:, i]
     return result

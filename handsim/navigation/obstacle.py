@@ -128,7 +128,9 @@ class ExponentialObstacle:
         """Return ln beta_0 (N,), its gradients (N, n) and the diagonals of its Hessians (N, n)."""
         value, grad, hess = np.zeros(len(z)), np.zeros_like(z), np.zeros_like(z)
         for distance, inward in ((z - self.lower, 1.0), (self.upper - z, -1.0)):
-            near = np.nonzero(distance < self.width)  # few points; elsewhere b is 1
+            near = np.nonzero(distance < self.width)  # few points, often none; elsewhere b is 1
+            if not near[0].size:
+                continue
             width = self.width[near[1]]
             t = np.maximum(distance[near] / width, _TINY_DEPTH)
             b = t * (3 - 3 * t + t * t)  # 1 - (1 - t)^3 without cancellation at the boundary

@@ -1,15 +1,19 @@
 """The commands and their JSON, as the README shows them."""
 
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from handsim.cli.reporting import _progress_asked
 from handsim.grasping.rollout_file import read_rollout
 from handsim.joints import JOINT_NAMES
+from handsim.learning.controller import GraspController
 from handsim.recordings.posture_file import read_postures
 from handsim.tasks.table_one import TASK_NAMES
 
@@ -54,6 +58,28 @@ def test_learn_and_evaluate_the_built_in_experiments(run, learned):
     assert scores["ratio"] < 0.60  # 0.57 for the 24 experiments
     assert scores["ratio"] == pytest.approx(scores["path_error_deg"] / scores["straight_error_deg"])
     assert {row["name"] for row in scores["per_recording"]} == set(TASK_NAMES)
+
+
+def test_learning_says_whether_progress_pays_and_can_be_told(run, tmp_path):
+    """The report tells what was asked for, so that its commands make the same controller."""
+    path = tmp_path / "c.npz"
+    said = run("learn", "-o", path, "--components", 2)
+    assert said.code == 0
+    assert re.search(
+        r"left out: 0\.\d{3} of a .* a coordinate, 0\.\d{3} without; learned with", said.err
+    )
+    chosen = GraspController.load(path)
+    pays = chosen.left_out.progress_pays
+    assert chosen.guide.progress is pays and _progress_asked(chosen) == []
+    flag = "--without-progress" if pays else "--with-progress"
+    said = run("learn", "-o", path, "--components", 2, flag)
+    assert said.code == 0 and f"learned with{'out' if pays else ''} it" in said.err
+    told = GraspController.load(path)
+    assert told.guide.progress is not pays and _progress_asked(told) == [flag]
+    assert _progress_asked(replace(chosen, left_out=None)) == []
+    for other in (["--field-only"], ["--method", "pde"]):
+        refused = run("learn", "-o", path, flag, *other)
+        assert refused.code == 2 and f"{flag} with --field-only" in refused.err
 
 
 def test_learning_twice_gives_the_same_file(run, learned, tmp_path):

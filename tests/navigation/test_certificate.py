@@ -7,7 +7,12 @@ from scipy.interpolate import NdBSpline
 from handsim.navigation import certificate
 from handsim.navigation._bernstein import Cells
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
-from handsim.navigation.certificate import certify, descent_supremum, violations
+from handsim.navigation.certificate import (
+    _descent_coefficients,
+    certify,
+    descent_supremum,
+    violations,
+)
 from handsim.navigation.critical_points import critical_points
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.metric import DestinationMetric
@@ -309,6 +314,23 @@ def test_what_cannot_be_certified_says_why() -> None:
 
     other: Obstacle = Other()
     assert "no proof is known" in certify(NavigationFunction(other, 2), goal).reason
+
+
+@pytest.mark.parametrize("share", [0.01, 0.5, 0.9, 0.999])
+def test_violations_are_those_of_all_cells_halved(share: float) -> None:
+    """Cells in which there can be none are passed over, and no other."""
+    rng = np.random.default_rng(4)
+    chi = TensorBSpline(basis(), 0.3 * rng.normal(size=basis().shape))
+    low, high = np.full(3, -0.5), np.full(3, 0.7)
+    cells = Cells.of(chi).halved()
+    coefficients = _descent_coefficients(cells, low, high)
+    limit = float(np.quantile(coefficients, share))
+    above = np.argwhere(coefficients > limit)
+    order = np.argsort(-coefficients[tuple(above.T)], kind="stable")
+    cell, place = above[order, 0], above[order, 1:]
+    wanted = cells.origin[cell] + cells.size[cell] * place / 3
+    assert 0 < len(wanted) < coefficients.size
+    np.testing.assert_array_equal(violations(chi, low, high, limit, len(wanted)), wanted)
 
 
 def test_violations_are_where_the_condition_fails() -> None:

@@ -234,13 +234,18 @@ def test_bad_exponents_and_destinations() -> None:
         NavigationFunction(negative, 2).check_goal(GOAL)
 
 
-def test_the_metric_of_one_destination_is_that_of_many() -> None:
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_the_metric_of_one_destination_is_that_of_many(n: int) -> None:
     rng = np.random.default_rng(1)
-    half = rng.normal(size=(6, 3, 3))
+    half = rng.normal(size=(6, n, n))
     logs = 0.3 * (half + np.swapaxes(half, 1, 2))
-    metric = DestinationMetric(rng.normal(size=(5, 3)), logs, 0.8)
+    metric = DestinationMetric(rng.normal(size=(5, n)), logs, 0.8)
     of_one = _metric_of_one(metric)
-    goals = rng.normal(size=(20, 3))
-    for goal, wanted in zip(goals, metric.at(goals), strict=True):
-        np.testing.assert_allclose(of_one(goal), wanted, rtol=1e-9, atol=1e-12)
-        assert of_one(goal.copy()) is of_one(goal)  # the latest is kept
+    goals = rng.normal(size=(20, n))
+    far = np.full((1, n), 50.0)  # where all shares vanish
+    for goal, wanted in zip(
+        np.vstack([goals, far]), metric.at(np.vstack([goals, far])), strict=True
+    ):
+        found = of_one(goal.tolist())
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
+        assert of_one(goal.tolist()) is found  # the latest is kept

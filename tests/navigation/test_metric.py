@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from handsim.navigation import metric as metric_module
 from handsim.navigation.metric import (
     DestinationMetric,
+    Exponential,
     exponential,
-    exponential_slope,
     gaussian_kernel,
 )
 
@@ -112,6 +113,19 @@ def test_what_is_kept_is_the_same_to_the_bit() -> None:
     np.testing.assert_array_equal(DestinationMetric(*made).at(goals), each)
 
 
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_exponentials_of_all_sizes_together_are_scipys_and_symmetric(n: int) -> None:
+    rng = np.random.default_rng(3)
+    logs, along = rng.normal(size=(2, 6, n, n)) * np.array([0.01, 0.1, 0.3, 1, 2, 4])[:, None, None]
+    logs, along = logs + np.swapaxes(logs, 1, 2), along + np.swapaxes(along, 1, 2)
+    found = Exponential(logs)
+    wanted = expm(logs)
+    scale = np.abs(wanted).max(axis=(1, 2), keepdims=True)
+    np.testing.assert_allclose(found.value / scale, wanted / scale, atol=1e-13)
+    for matrices in (found.value, found.slopes(along)):
+        np.testing.assert_array_equal(matrices, np.swapaxes(matrices, 1, 2))
+
+
 def test_the_slope_of_the_exponential_is_its_derivative() -> None:
     rng = np.random.default_rng(2)
     logs, along = rng.normal(size=(2, 6, 3, 3)) * np.array([0.1, 0.3, 1, 2, 3, 4])[:, None, None]
@@ -119,4 +133,4 @@ def test_the_slope_of_the_exponential_is_its_derivative() -> None:
     step = 1e-6
     slopes = (exponential(logs + step * along) - exponential(logs - step * along)) / (2 * step)
     scale = np.abs(slopes).max(axis=(1, 2), keepdims=True)
-    np.testing.assert_allclose(exponential_slope(logs, along) / scale, slopes / scale, atol=1e-7)
+    np.testing.assert_allclose(Exponential(logs).slopes(along) / scale, slopes / scale, atol=1e-7)

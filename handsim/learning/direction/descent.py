@@ -8,14 +8,17 @@ end, chi is scaled down until it holds, which is possible since the condition is
 
 import numpy as np
 
+from handsim.learning.direction.change_bounds import ChangeBounds
 from handsim.learning.fit.designs import JetDesign
 from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.certificate import descent_supremum, violations
-from handsim.reproducible import dot, dots, total
-from handsim.types import Array
+from handsim.reproducible import dot, total
+from handsim.types import Array, Index
 
 LIMIT = 2.0 - 1e-3
 """Greatest value of (z - z_goal) . grad chi in a certified field; the proof needs less than 2."""
+_FEW = 0.3  # of the points; where it may be active at more, all are looked at again
+_SAFE = 1e-6  # more than rounding
 
 
 class DescentCondition:
@@ -44,16 +47,19 @@ class DescentCondition:
 
     def __call__(self, c: Array) -> tuple[float, Array]:
         """Return the penalty of coefficients and its gradient."""
-        excess, lever = self._excess(c)
-        active = np.maximum(excess + self.shift, 0.0)
+        where, design, excess, lever = self._possible(c)
+        active = np.zeros(len(self.points))
+        active[where] = np.maximum(excess + self.shift[where], 0.0)
         value = self.weight * dot(active, active)
-        held = np.flatnonzero(active)  # few: elsewhere there is nothing to differentiate
-        slope = (2.0 * self.weight * active[held])[:, None] * lever[held]
-        return value, self._design.taken(held).pulled_back(None, slope.T)
+        held = np.flatnonzero(active[where])  # few: elsewhere there is nothing to differentiate
+        if not held.size:
+            return value, np.zeros(len(c))
+        slope = 2.0 * self.weight * active[where][held] * lever[:, held]
+        return value, design.taken(held).pulled_back(None, slope)
 
     def tighten(self, c: Array) -> None:
         """Shift by what is still in excess, and add points where the certificate would fail."""
-        self.shift = np.maximum(self._excess(c)[0] + self.shift, 0.0)
+        self.shift = np.maximum(self._excess(c, self._design, self._columns)[0] + self.shift, 0.0)
         low, high = self.goals.min(axis=0), self.goals.max(axis=0)
         new = violations(TensorBSpline(self.basis, c), low, high, self.limit)
         kept = self.shift > 0.0
@@ -68,14 +74,33 @@ class DescentCondition:
 
     def _lay(self, points: Array) -> None:
         self.points = points
+        self._columns = np.ascontiguousarray(points.T)
         self._design = JetDesign(self.basis, points)
+        self._moved = ChangeBounds(self.basis, self._design, points, self.goals)
+        self._known: tuple[Array, Array] | None = None
 
-    def _excess(self, c: Array) -> tuple[Array, Array]:
-        """Excess (N,) and z - z_goal (N, n) for the worst destination."""
-        grad = self._design(c)[1]
-        lifts = total(grad[:, None] * self.goals.T[:, :, None])  # z_goal . grad chi, (m, N)
-        lever = self.points - self.goals[np.argmin(lifts, axis=0)]
-        return dots(lever, grad.T) - self.limit, lever
+    def _possible(self, c: Array) -> tuple[Index, JetDesign, Array, Array]:
+        """Return where the penalty may be active, the design there, and `_excess` there.
+
+        Elsewhere it is not, by how far the coefficients are from those of which all is known.
+        """
+        if self._known:
+            before, excess = self._known
+            most = excess + self.shift + self._moved(c - before)
+            where = np.flatnonzero(~(most < -_SAFE))
+            if len(where) <= _FEW * len(most):
+                design = self._design.taken(where)
+                return where, design, *self._excess(c, design, self._columns[:, where])
+        excess, lever = self._excess(c, self._design, self._columns)
+        self._known = c.copy(), excess
+        return np.arange(len(excess)), self._design, excess, lever
+
+    def _excess(self, c: Array, design: JetDesign, points: Array) -> tuple[Array, Array]:
+        """Excess (N,) and z - z_goal (n, N) for the worst destination, at points (n, N)."""
+        grad, goals = design(c)[1], self.goals.T
+        lifts = total(grad[:, None] * goals[:, :, None])  # z_goal . grad chi, (m, N)
+        lever = points - goals.take(np.argmin(lifts, axis=0), axis=1)
+        return total(lever * grad) - self.limit, lever
 
 
 def _outermost(goals: Array) -> Array:

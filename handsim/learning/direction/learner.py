@@ -268,20 +268,20 @@ class _Problem:
     ) -> tuple[Array, float, float]:
         """Minimise from ``x`` on; return the unknowns and the costs before and after."""
         design = JetDesign(self.basis, samples.points)
-        closure = self.flat.closure(samples.points)[1] / self.k
+        closure = np.ascontiguousarray(self.flat.closure(samples.points)[1].T / self.k)
+        wanted = np.ascontiguousarray(samples.vectors.T)
         attraction = Attraction(self.metric_model, samples.points, samples.goals)
 
         def cost(x: Array) -> tuple[float, Array]:
             c, p = x[: self.basis.n_coefficients], x[self.basis.n_coefficients :]
             pull, pulled_back = attraction(p)
-            flow = design(c)[1].T + closure - pull
-            askew, slope = direction_cost(flow, samples.vectors)
+            askew, slope = direction_cost(design(c)[1] + closure - pull, wanted)
             descent, descent_slope = self.descent(c)
             bend, bend_slope = second_differences(c.reshape(self.basis.shape))
             value = askew + descent
             value += self.smoothness * bend + self.ridge * dot(c, c)
             value += self.metric_ridge * dot(p, p)
-            by_c = design.pulled_back(None, slope.T) + descent_slope
+            by_c = design.pulled_back(None, slope) + descent_slope
             by_c += self.smoothness * bend_slope.ravel() + 2.0 * self.ridge * c
             return value, np.append(by_c, 2.0 * self.metric_ridge * p - pulled_back(slope))
 

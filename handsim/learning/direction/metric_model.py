@@ -13,13 +13,8 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from handsim.navigation.metric import (
-    DestinationMetric,
-    exponential,
-    exponential_slope,
-    gaussian_kernel,
-)
-from handsim.reproducible import dots, lower_solved, total, upper_solved
+from handsim.navigation.metric import DestinationMetric, Exponential, gaussian_kernel
+from handsim.reproducible import lower_solved, total, upper_solved
 from handsim.types import Array
 
 _MOST_CENTRES = 40
@@ -56,15 +51,15 @@ class MetricModel:
 
     def metrics(self, p: Array) -> tuple[Array, Callable[[Array], Array]]:
         """Return M at `goals`, (m, n, n), and what takes a gradient by M back to one by ``p``."""
-        logs = total(self._features[:, :, None, None] * self._weights(p)[:, None])
+        found = Exponential(total(self._features[:, :, None, None] * self._weights(p)[:, None]))
 
         def pulled_back(slope: Array) -> Array:
             # The derivative of the exponential at a symmetric matrix is its own transpose.
-            by_log = exponential_slope(logs, slope)
+            by_log = found.slopes(slope)
             by_entry = self._entries(by_log)
             return total(self._features[:, :, None] * by_entry, 1).ravel()
 
-        return exponential(logs), pulled_back
+        return found.value, pulled_back
 
     def metric(self, p: Array) -> DestinationMetric:
         """Return the metric of every destination."""
@@ -96,27 +91,28 @@ class Attraction:
 
     def __init__(self, model: MetricModel | None, points: Array, goals: Array) -> None:
         self._model = model
-        self._away = points - goals
+        self._away = np.ascontiguousarray((points - goals).T)
         if model:
             self._which = _which(model.goals, goals)
 
     def __call__(self, p: Array) -> tuple[Array, Callable[[Array], Array]]:
-        """Return the gradients (N, n), and what takes a cost's slope by them to one by ``p``."""
+        """Return the gradients (n, N), and what takes a cost's slope by them to one by ``p``."""
+        away = self._away
         if self._model is None:
-            squares = dots(self._away, self._away)[:, None]
-            return 2.0 * self._away / squares, lambda _: p
+            return 2.0 * away / total(away * away), lambda _: p
         metrics, pulled_back = self._model.metrics(p)
-        half = dots(metrics[self._which], self._away[:, None])
-        scale = 2.0 / dots(half, self._away)[:, None]
+        at_points = np.ascontiguousarray(metrics.T).take(self._which, axis=2)  # symmetric
+        half = total(at_points * away[:, None])
+        scale = 2.0 / total(half * away)
         pull = scale * half
 
         def by_parameters(slope: Array) -> Array:
             # d(2 M e / e'Me) = (2 / e'Me) (dM e - (M e) e'dM e / e'Me), dM symmetric
-            along = dots(slope, pull)[:, None]
-            left = scale * (slope - 0.5 * along * self._away)
+            along = total(slope * pull)
+            left = scale * (slope - 0.5 * along * away)
             by_metric = np.empty_like(metrics)
-            for i, j in product(range(left.shape[1]), repeat=2):
-                outer = left[:, i] * self._away[:, j]
+            for i, j in product(range(len(left)), repeat=2):
+                outer = left[i] * away[j]
                 by_metric[:, i, j] = np.bincount(self._which, outer, minlength=len(metrics))
             return pulled_back(0.5 * (by_metric + np.swapaxes(by_metric, 1, 2)))
 
@@ -125,8 +121,8 @@ class Attraction:
 
 def _which(different: Array, goals: Array) -> npt.NDArray[np.int64]:
     """Which of the ``different`` goals each goal is."""
-    both = np.vstack([different, goals])
-    return np.unique(both, axis=0, return_inverse=True)[1].ravel()[len(different) :]
+    places = {tuple(goal): i for i, goal in enumerate(different.tolist())}
+    return np.array([places[tuple(goal)] for goal in goals.tolist()])
 
 
 def traceless_symmetric(n: int) -> Array:

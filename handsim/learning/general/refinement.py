@@ -131,14 +131,14 @@ def _turned(
     squares = dots(away, away)[:, None]
     fixed = obstacle.closure(samples.points)[1] / k
     fixed -= 2.0 * away / np.where(squares > 0.0, squares, 1.0)
+    fixed, wanted = np.ascontiguousarray(fixed.T), np.ascontiguousarray(samples.vectors.T)
 
     def cost(c: Array) -> tuple[float, Array]:
-        flow = design(c)[1].T + fixed
-        askew, slope = direction_cost(flow, samples.vectors)
+        askew, slope = direction_cost(design(c)[1] + fixed, wanted)
         change = c - first
         bend, by_bend = second_differences(change.reshape(basis.shape))
         value = askew + _DEPARTURE * (bend + dot(change, change))
-        by_c = design.pulled_back(None, slope.T)
+        by_c = design.pulled_back(None, slope)
         return value, by_c + _DEPARTURE * (by_bend.ravel() + 2.0 * change)
 
     return minimise(cost, c, _N_ITERATIONS, cost_tolerance=1e-8, gradient_tolerance=1e-9).x

@@ -133,7 +133,12 @@ class GuidedField:
         closing = self.obstacle.closure(z)[1]
         along = dots(closing, self.guide.slope(s)) / self.length
         gamma = dots(half, e)[:, None]
-        return units(gamma / self.k * np.column_stack([closing, along]) - 2.0 * half)
+        by_e = np.column_stack([self._beside(closing), along])
+        return units(gamma / self.k * by_e - 2.0 * half)
+
+    def _beside(self, slope: Array) -> Array:
+        """Return derivatives (N, n) by y from those by z."""
+        return slope
 
     def _free(self, z: Array) -> bool:
         """Whether no wall is near any of some points (N, n)."""

@@ -41,3 +41,15 @@ def shifted_products(a: Array, b: Array, middle: Array, scale: float) -> Array:
     """Return the linear kernel (N, m) of points a (N, n) and b (m, n) about a middle (n,)."""
     left, right = (a - middle) / scale, (b - middle) / scale
     return total(left[:, None] * right[None], -1)
+
+
+def left_out_means(kernel: Array, noise: float, values: Array) -> Array:
+    """Return what is predicted of each of the values (n, m) from all others, as if it was left out.
+
+    In closed form, with one factorisation for all (Rasmussen and Williams 2006, Eq. 5.12).
+    Arguments as in `regression_weights`.
+    """
+    lower = cholesky(kernel + noise * np.eye(len(kernel)))
+    inverse = lower_solved(lower, np.eye(len(kernel)))  # of the factor
+    weights = upper_solved(lower.T, lower_solved(lower, values))
+    return values - weights / total(inverse * inverse)[:, None]

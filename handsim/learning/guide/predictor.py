@@ -25,7 +25,9 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.learning.demonstration import Demonstration
+from handsim.learning.guide.chord import across, graphs
 from handsim.learning.guide.gaussian_process import (
+    left_out_means,
     predicted,
     regression_weights,
     shifted_products,
@@ -38,6 +40,7 @@ from handsim.types import Array
 
 _N_SMOOTH = 16  # control points of a law of progress: what is finer is one person's chance
 _MOST = 1000  # recordings asked; of more, every second, third ... is
+_SHORT = 0.2  # of the mean distance: a shorter chord bends less, so that the field stays smooth
 _LEAST_SPREAD = 0.05  # of the mean distance from start to destination, where all ends agree
 
 
@@ -61,6 +64,9 @@ class GuideSettings:
         Difference of ln(duration) over which timings are alike.
     pull
         How much faster than along the guide the flow goes towards it (`learning.guide.field`).
+    progress
+        Whether progress is a coordinate of the field; if not, the place tells it
+        (`learning.guide.chord_field`), and paths are graphs over their chord.
     """
 
     start: float = 1.0
@@ -77,6 +83,7 @@ class GuideSettings:
     time_noise: float = 0.4
     time_duration: float = 0.3
     pull: float = 2.0
+    progress: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,16 +134,16 @@ class PathPredictor:
     def path(self, start: Array, goal: Array, grasped: Grasped | None = None) -> Array:
         """Return the likely path (100, n) [rad] from a start to a destination, both (n,).
 
-        It is equally spaced in arc length, and begins and ends exactly there.
+        It is equally spaced in arc length, or along its chord if progress is no coordinate, and
+        begins and ends exactly there.
         """
         s = self.settings
         likeness = self.objects[0].to(grasped, self._nearness(goal))
         shares = self._near(start, goal, s.start, s.goal) * likeness + s.common
         shares += s.linear * self._linear(np.concatenate([start, goal])[None])[0]
         departure = predicted(shares, self._path_weights).reshape(N_COMPARED, -1)
-        path = _segments(start[None], goal[None])[0] + departure
-        path[0], path[-1] = start, goal
-        return at_arc_length(path, _FRACTIONS)
+        path = self._led(start, goal, departure)
+        return at_arc_length(path, _FRACTIONS) if s.progress else path
 
     def covered(
         self, start: Array, goal: Array, duration: float, grasped: Grasped | None = None
@@ -152,6 +159,24 @@ class PathPredictor:
         covered[0], covered[-1] = 0.0, 1.0
         return np.interp(np.linspace(0.0, 1.0, _N_SMOOTH), _TIMES, covered)
 
+    def left_out(self) -> Array:
+        """Return the paths (N, 100, n) predicted of the recordings, each from all others."""
+        departures = self._departures
+        flat = departures.reshape(len(departures), -1)
+        means = left_out_means(self._path_kernel, self.settings.noise, flat)
+        each = zip(self._starts, self._goals, means.reshape(departures.shape), strict=True)
+        return np.array([self._led(*ends_and_departure) for ends_and_departure in each])
+
+    def _led(self, start: Array, goal: Array, departure: Array) -> Array:
+        """Return the path (100, n) that departs from its segment by (100, n)."""
+        if not self.settings.progress:
+            chord = goal - start
+            short = float(np.sqrt(dots(chord, chord))) / (_SHORT * self._distance)
+            departure = min(short, 1.0) * across(departure, chord)
+        path = _segments(start[None], goal[None])[0] + departure
+        path[0], path[-1] = start, goal
+        return path
+
     @cached_property
     def _starts(self) -> Array:
         return self.paths[:, 0]
@@ -165,18 +190,31 @@ class PathPredictor:
         return np.hstack([self._starts, self._goals])
 
     @cached_property
-    def _spread(self) -> float:
+    def _distance(self) -> float:
         away = self._goals - self._starts
         distance = float(np.sqrt(total(dots(away, away)) / len(away)))
-        return max(spread(self._ends), _LEAST_SPREAD * distance, np.finfo(float).tiny)
+        return max(distance, np.finfo(float).tiny)
+
+    @cached_property
+    def _spread(self) -> float:
+        return max(spread(self._ends), _LEAST_SPREAD * self._distance, np.finfo(float).tiny)
+
+    @cached_property
+    def _path_kernel(self) -> Array:
+        s = self.settings
+        kernel = self._near(self._starts, self._goals, s.start, s.goal) * self.objects[0].among
+        return kernel + (s.common + s.linear * self._linear(self._ends))
+
+    @cached_property
+    def _departures(self) -> Array:
+        if self.settings.progress:
+            return self.paths - _segments(self._starts, self._goals)
+        return graphs(self.paths)
 
     @cached_property
     def _path_weights(self) -> Array:
-        s = self.settings
-        kernel = self._near(self._starts, self._goals, s.start, s.goal) * self.objects[0].among
-        kernel += s.common + s.linear * self._linear(self._ends)
-        departures = self.paths - _segments(self._starts, self._goals)
-        return regression_weights(kernel, s.noise, departures.reshape(len(self.paths), -1))
+        flat = self._departures.reshape(len(self.paths), -1)
+        return regression_weights(self._path_kernel, self.settings.noise, flat)
 
     @cached_property
     def _time_weights(self) -> Array:

@@ -25,10 +25,10 @@ def _flow(**options: object) -> Callable[[], Rival]:
     return partial(OurController, partial(DirectionLearner, **({"certified": False} | options)))
 
 
-def _guided(object_known: bool) -> Callable[[], Rival]:
-    """Return ours with a guide, as it is learned by default."""
+def _guided(object_known: bool, by_progress: bool = True) -> Callable[[], Rival]:
+    """Return ours with a guide, as it is learned by default where progress pays."""
     learner = partial(DirectionLearner, certified=True)
-    return partial(OurController, learner, GuideSettings(), object_known)
+    return partial(OurController, learner, GuideSettings(progress=by_progress), object_known)
 
 
 RIVALS: Rivals = {
@@ -48,6 +48,7 @@ RIVALS: Rivals = {
     "ours, one flow, certified": _flow(certified=True),
     "ours, guided": _guided(object_known=False),
     "ours, guided, object known": _guided(object_known=True),
+    "ours, guided without progress, object known": _guided(object_known=True, by_progress=False),
 }
 """What the table compares. A rival that does not say *object known* is not told the object."""
 

@@ -108,7 +108,7 @@ def test_gradient_by_the_parameters(n: int) -> None:
     model = MetricModel(np.vstack([goals, goals[:3]]), 1.0)
     assert len(model.goals) == 7
     attraction = Attraction(model, rng.normal(size=(40, n)), goals[rng.integers(7, size=40)])
-    weights = rng.normal(size=(40, n))
+    weights = rng.normal(size=(n, 40))
 
     def cost(p: np.ndarray) -> float:
         return float(np.sum(attraction(p)[0] * weights))

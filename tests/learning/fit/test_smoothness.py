@@ -14,6 +14,20 @@ def test_second_differences_vanish_on_planes_only() -> None:
     assert second_differences(j**2)[0] == pytest.approx(4 * 4 * 5)
 
 
+@pytest.mark.parametrize("shape", [(2,), (3, 2), (4, 5, 6), (3, 3, 4, 2)])
+def test_value_and_slope_are_those_along_each_dimension(shape: tuple[int, ...]) -> None:
+    c = np.random.default_rng(1).normal(size=shape)
+    wanted, by_c = 0.0, np.zeros(shape)
+    for axis in range(len(shape)):
+        bend = np.diff(c, 2, axis=axis)
+        wanted += np.sum(bend**2)
+        matrix = np.diff(np.eye(shape[axis]), 2, axis=0)  # (m - 2, m)
+        by_c += np.moveaxis(2 * np.moveaxis(bend, axis, -1) @ matrix, -1, axis)
+    value, slope = second_differences(c)
+    assert value == pytest.approx(wanted, rel=1e-13)
+    np.testing.assert_allclose(slope, by_c, atol=1e-12)
+
+
 @pytest.mark.parametrize("shape", [(9,), (5, 6), (4, 5, 6)])
 def test_the_slope_of_second_differences_is_whole(shape: tuple[int, ...]) -> None:
     """Of a quadratic form c' S c the slope along c is twice its value."""
