@@ -1,4 +1,4 @@
-"""Where the forearm has to be for a palm pose and commanded wrist angles."""
+"""How the palm gets to where it is to be: its forearm is put there, or an arm carries it."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
@@ -7,6 +7,10 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from handsim.arm.arm_geometry import ArmGeometry
+from handsim.arm.arm_joints import N_ARM
+from handsim.arm.arm_strength import leading_targets
+from handsim.arm.reaching_arm import ArmPosture
 from handsim.joints import JOINT_INDEX
 from handsim.types import Array
 
@@ -14,6 +18,12 @@ WRIST = ("wrist_flexion", "wrist_deviation")
 """The wrist's joints, the proximal one first."""
 WRIST_COLUMNS = slice(JOINT_INDEX[WRIST[0]], JOINT_INDEX[WRIST[-1]] + 1)
 """Of the wrist's joints in postures: one after the other, in this order."""
+
+FEELING = 0.25
+"""Time constant with which an arm that carries something is put where it was to be [s]: people see
+and feel that it sags, and lift more."""
+MOST_FELT = 0.3
+"""Most that targets are moved for it [rad]: half of what a joint's greatest torque asks for."""
 
 _Parts = Sequence[float | Array]
 """Components of vectors or quaternions: numbers of one, or arrays (n,) of several."""
@@ -87,3 +97,52 @@ def _turned(vector: Sequence[float], quat: _Parts) -> _Parts:
     a, b, c = vector
     i, j, k = w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a
     return [a + 2 * (y * k - z * j), b + 2 * (z * i - x * k), c + 2 * (x * j - y * i)]
+
+
+class CarryingArms:
+    """What the arms of n runs are commanded: where they are to be, and more where they sag.
+
+    Parameters
+    ----------
+    postures
+        Of the arms along the palms' paths, at equal steps of time.
+    step
+        Between them [s].
+    geometry
+        Of all of them.
+    at : (n, 5) [rad]
+        Where the arms' joints are, a live view.
+    ctrl : (n_readings, n, 5) [rad]
+        Where commands go: targets that lead as compliant joints need it.
+
+    Attributes
+    ----------
+    wrist : (n_readings, n, 2) [rad]
+        Angles of the wrists.
+    """
+
+    def __init__(
+        self,
+        postures: Sequence[ArmPosture],
+        step: float,
+        geometry: ArmGeometry,
+        at: Array,
+        ctrl: Array,
+    ) -> None:
+        self.wrist = np.stack([each.wrist for each in postures], axis=1)
+        self._path = np.stack([each.arm for each in postures], axis=1)
+        leading = [leading_targets(each.arm, step, geometry) for each in postures]
+        ctrl[:] = np.stack(leading, axis=1)
+        self._at, self._ctrl, self._share = at, ctrl, step / FEELING
+        self._sags = [[0.0] * N_ARM for _ in postures]
+
+    def lift(self, row: int) -> None:
+        """Move the targets of a reading by how far arms that carry something have sagged."""
+        ctrl, share, most = self._ctrl[row], self._share, MOST_FELT
+        rows = zip(ctrl.tolist(), self._path[row].tolist(), self._at.tolist(), strict=True)
+        for i, (targets, path, at) in enumerate(rows):  # numbers are faster than arrays of five
+            sags, lifted = self._sags[i], []
+            for joint, (target, to, now) in enumerate(zip(targets, path, at, strict=True)):
+                sags[joint] += to - now
+                lifted.append(target + min(max(share * sags[joint], -most), most))
+            ctrl[i] = lifted

@@ -174,13 +174,14 @@ class Sensors:
         self._slots = slice(self.n_poses, int(starts[held] - starts[0]))
         self._held = slice(self._slots.stop, self._slots.stop + 3)
         self._carried = self._held.stop + 2
-        self._finger_pushes = np.array(
-            [
-                self._slots.start + (sensor * SLOTS + slot) * _WIDTH + _PUSH
-                for sensor in self._fingers
-                for slot in range(SLOTS)
-            ]
+        starts_of_fingers = self._slots.start + SLOTS * _WIDTH * np.array(self._fingers)
+        self._first_two = np.concatenate(
+            [starts_of_fingers, *(starts_of_fingers + i * _WIDTH + _PUSH for i in range(2))]
         )
+        self._finger_pushes = [
+            slice(start + _PUSH, start + SLOTS * _WIDTH, _WIDTH)
+            for start in starts_of_fingers.tolist()
+        ]
         self._table_force, self._table_overlap = self._carried + 3, self._carried + 4
         numbers = [name.split("_")[1] for name in names[table + 2 :]]
         self._pressed = [
@@ -213,22 +214,27 @@ class Sensors:
         ----------
         values : (..., n_values)
         """
-        shape = values.shape[:-1]
-        rows = values.reshape(-1, values.shape[-1])
-        slots = rows[:, self._slots].reshape(len(rows), len(self._parts), SLOTS, _WIDTH)
-        pushes = slots[:, :, :, _PUSH]
-        vectors = pushes[..., None] * slots[:, :, :, _DIRECTION]
-        by_sensor, as_vector = pushes[:, :, 0].copy(), vectors[:, :, 0].copy()
-        for i in range(1, SLOTS):  # in the order of the contacts, as a sum over them would be
-            by_sensor += pushes[:, :, i]
-            as_vector += vectors[:, :, i]
-        force = np.zeros((len(rows), len(CONTACT_PARTS)))
+        shape, n_values = values.shape[:-1], values.shape[-1]
+        rows = values.reshape(-1, n_values)
+        n, found = len(rows), self.n_contacts(rows)
+        force, depth = np.zeros((n, len(CONTACT_PARTS))), np.zeros(n)
         press = np.zeros((*force.shape, 3))
-        for i, part in enumerate(self._parts):
-            force[:, part] += by_sensor[:, i]
-            press[:, part] += as_vector[:, i]
-        depth = np.maximum(0.0, -slots[:, :, :, _DISTANCE].min(axis=(1, 2)))
-        crowded = self.n_contacts(rows).max(axis=1) > SLOTS
+        for sensor, most in enumerate(found.max(axis=0).tolist()):
+            if not most:  # slots of contacts that there are not are 0
+                continue
+            first, part = self._slots.start + sensor * SLOTS * _WIDTH, self._parts[sensor]
+            end = first + int(min(SLOTS, most)) * _WIDTH
+            slots = rows[:, first:end].reshape(n, -1, _WIDTH)
+            pushes = slots[:, :, _PUSH]
+            vectors = pushes[..., None] * slots[:, :, _DIRECTION]
+            pushed, pressed = pushes[:, 0].copy(), vectors[:, 0]
+            for slot in range(1, pushes.shape[1]):  # in the order of the contacts
+                pushed += pushes[:, slot]
+                pressed += vectors[:, slot]
+            force[:, part] += pushed
+            press[:, part] += pressed
+            depth = np.maximum(depth, -slots[:, :, _DISTANCE].min(axis=1))
+        crowded = found.max(axis=1) > SLOTS
         touch = Touch(force.reshape(*shape, -1), press.reshape(*shape, -1, 3), depth.reshape(shape))
         return touch, crowded.reshape(shape)
 
@@ -258,14 +264,21 @@ class Sensors:
 
     def finger_forces(self, values: Array) -> list[list[float]]:
         """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
+        n, places = len(FINGERS), self._finger_pushes
         return [
-            # In pairs: the same order, and the same bits, however many simulations there are.
             [
-                ((a + b) + (c + d)) + ((e + f) + (g + h))
-                for a, b, c, d, e, f, g, h in zip(*[iter(pushes)] * SLOTS, strict=True)
+                # Seldom more than two; slots of contacts that there are not are 0.
+                first + second if found <= 2.0 else _in_pairs(*values[i, place].tolist())
+                for found, first, second, place in zip(
+                    row[:n], row[n : 2 * n], row[2 * n :], places, strict=True
+                )
             ]
-            for pushes in values.take(self._finger_pushes, axis=1).tolist()
+            for i, row in enumerate(values.take(self._first_two, axis=1).tolist())
         ]
+
+    def carrying(self, values: Array) -> list[list[float]]:
+        """Return what `held` and, after two other numbers, `carried` do (n, 6); for loops."""
+        return values[:, self._held.start : self._carried + 1].tolist()
 
     def held(self, values: Array) -> Array:
         """Return where the object's centre of mass is in the palm's frame (n, 3) [m]."""
@@ -288,6 +301,13 @@ class Sensors:
                 force = np.sqrt((values[..., end - 3 : end] ** 2).sum(axis=-1))
                 forces[..., i] = np.maximum(forces[..., i], force)
         return forces
+
+
+def _in_pairs(
+    a: float, b: float, c: float, d: float, e: float, f: float, g: float, h: float
+) -> float:
+    """Return a sum in one order, and so the same bits, however many simulations there are."""
+    return ((a + b) + (c + d)) + ((e + f) + (g + h))
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> Touch:
