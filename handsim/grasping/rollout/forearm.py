@@ -114,11 +114,6 @@ class CarryingArms:
         Where the arms' joints are, a live view.
     ctrl : (n_readings, n, 5) [rad]
         Where commands go: targets that lead as compliant joints need it.
-
-    Attributes
-    ----------
-    wrist : (n_readings, n, 2) [rad]
-        Angles of the wrists.
     """
 
     def __init__(
@@ -129,20 +124,27 @@ class CarryingArms:
         at: Array,
         ctrl: Array,
     ) -> None:
-        self.wrist = np.stack([each.wrist for each in postures], axis=1)
-        self._path = np.stack([each.arm for each in postures], axis=1)
-        leading = [leading_targets(each.arm, step, geometry) for each in postures]
-        ctrl[:] = np.stack(leading, axis=1)
-        self._at, self._ctrl, self._share = at, ctrl, step / FEELING
+        # Numbers are faster than arrays of five, one by one in lists that hold no others.
+        self._wrists: list[float] = np.stack([each.wrist for each in postures], 1).ravel().tolist()
+        self._paths: list[float] = np.stack([each.arm for each in postures], 1).ravel().tolist()
+        leading = np.stack([leading_targets(each.arm, step, geometry) for each in postures], 1)
+        ctrl[:], self._leading = leading, leading.ravel().tolist()
+        self._at, self._ctrl, self._share, self._n = at, ctrl, step / FEELING, len(postures)
         self._sags = [[0.0] * N_ARM for _ in postures]
+
+    def wrist_of(self, row: int, run: int) -> list[float]:
+        """Return the angles of a run's wrist at a reading, (2,) [rad]."""
+        first = len(WRIST) * (row * self._n + run)
+        return self._wrists[first : first + len(WRIST)]
 
     def lift(self, row: int) -> None:
         """Move the targets of a reading by how far arms that carry something have sagged."""
-        ctrl, share, most = self._ctrl[row], self._share, MOST_FELT
-        rows = zip(ctrl.tolist(), self._path[row].tolist(), self._at.tolist(), strict=True)
-        for i, (targets, path, at) in enumerate(rows):  # numbers are faster than arrays of five
-            sags, lifted = self._sags[i], []
-            for joint, (target, to, now) in enumerate(zip(targets, path, at, strict=True)):
-                sags[joint] += to - now
-                lifted.append(target + min(max(share * sags[joint], -most), most))
-            ctrl[i] = lifted
+        share, most = self._share, MOST_FELT
+        for i, at in enumerate(self._at.tolist()):
+            first, sags, lifted = N_ARM * (row * self._n + i), self._sags[i], []
+            paths, leading = self._paths, self._leading
+            for joint, now in enumerate(at):
+                sags[joint] += paths[first + joint] - now
+                felt = min(max(share * sags[joint], -most), most)
+                lifted.append(leading[first + joint] + felt)
+            self._ctrl[row, i] = lifted

@@ -119,11 +119,13 @@ class Group:
         self._reference = self.driver.start(len(self.sensordata))
         self._told, self._way, self._target = np.empty((3, 0))
         self._arrived = False
-        self._held: list[list[float]] = []
+        self._carries: list[list[float]] = []
+        self._held = self._carries
         # Numbers are faster than arrays of one.
         gripped = isinstance(self.grip, GripLayer)
         self._flexes: list[bool] = (gripped & commands.flexion.any(axis=1)).tolist()
         self._closed: list[float] = commands.closed.tolist()
+        self._weights: list[float] = commands.weight.ravel().tolist()
         if self.arms is not None:
             self.mocap_pos[:] = commands.palm_pos
             self.mocap_quat[:] = commands.palm_quat
@@ -132,7 +134,8 @@ class Group:
         """Read gloves and fingertips."""
         if tick < len(self._closed):
             told = self._told if tick and self.arms is not None else None
-            self.gloves.measure(tick, told, self.sensors.finger_forces(self.sensordata))
+            forces, self._carries = self.sensors.felt(self.sensordata)
+            self.gloves.measure(tick, told, forces)
 
     def seen(self) -> tuple[Array, Array, Array]:
         """Return where the driver means runs to be, what it reads, and what gloves do (n, 22)."""
@@ -154,14 +157,13 @@ class Group:
         if self._flexes[tick]:
             flexed = commands.flexion[tick].tolist()
             targets = [[q + by for q, by in zip(row, flexed, strict=True)] for row in targets]
-        wrists = None if arms is None else arms.wrist[tick].tolist()
         for i, row in enumerate(targets):
             within = [
                 low if q < low else high if q > high else q
                 for q, low, high in zip(row, _LOWER, _UPPER, strict=True)
             ]
-            if wrists is not None:
-                within[WRIST_COLUMNS] = wrists[i]
+            if arms is not None:
+                within[WRIST_COLUMNS] = arms.wrist_of(tick, i)
             self.ctrl[tick, i] = within
         if slip is not None and arms is not None:
             arms.lift(tick)
@@ -171,13 +173,13 @@ class Group:
 
         At the start of the action it is not known where they were before; they count as at rest.
         """
-        now = self.sensors.carrying(self.sensordata)
+        now, first = self._carries, tick * len(self._carries)
         before, self._held = self._held if tick > self.commands.action else now, now
         slip = [
             RATE * math.sqrt((x - a) * (x - a) + (y - b) * (y - b) + (z - c) * (z - c))
             for (x, y, z, *_), (a, b, c, *_) in zip(now, before, strict=True)
         ]
-        weights = self.commands.weight[tick].tolist()
+        weights = self._weights[first : first + len(now)]
         return slip, [each[-1] / weight for each, weight in zip(now, weights, strict=True)]
 
     def _tell(self, tick: int) -> Array:

@@ -175,8 +175,11 @@ class Sensors:
         self._held = slice(self._slots.stop, self._slots.stop + 3)
         self._carried = self._held.stop + 2
         starts_of_fingers = self._slots.start + SLOTS * _WIDTH * np.array(self._fingers)
-        self._first_two = np.concatenate(
-            [starts_of_fingers, *(starts_of_fingers + i * _WIDTH + _PUSH for i in range(2))]
+        self._felt = np.concatenate(
+            [
+                *(starts_of_fingers + place for place in (0, _PUSH, _WIDTH + _PUSH)),
+                np.arange(self._held.start, self._carried + 1),
+            ]
         )
         self._finger_pushes = [
             slice(start + _PUSH, start + SLOTS * _WIDTH, _WIDTH)
@@ -262,23 +265,33 @@ class Sensors:
                 pressed[2] += push * z
         return force, press
 
-    def finger_forces(self, values: Array) -> list[list[float]]:
-        """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
+    def felt(self, values: Array) -> tuple[list[list[float]], list[list[float]]]:
+        """Return what hands feel, in loops.
+
+        Returns
+        -------
+        forces : (n, 5) [N]
+            Normal forces of the fingers on the object.
+        carrying : (n, 6)
+            As `held`, two other numbers, and as `carried`.
+        """
         n, places = len(FINGERS), self._finger_pushes
-        return [
+        rows: list[list[float]] = values.take(self._felt, axis=1).tolist()
+        forces = [
             [
                 # Seldom more than two; slots of contacts that there are not are 0.
                 first + second if found <= 2.0 else _in_pairs(*values[i, place].tolist())
                 for found, first, second, place in zip(
-                    row[:n], row[n : 2 * n], row[2 * n :], places, strict=True
+                    row[:n], row[n : 2 * n], row[2 * n : 3 * n], places, strict=True
                 )
             ]
-            for i, row in enumerate(values.take(self._first_two, axis=1).tolist())
+            for i, row in enumerate(rows)
         ]
+        return forces, [row[3 * n :] for row in rows]
 
-    def carrying(self, values: Array) -> list[list[float]]:
-        """Return what `held` and, after two other numbers, `carried` do (n, 6); for loops."""
-        return values[:, self._held.start : self._carried + 1].tolist()
+    def finger_forces(self, values: Array) -> list[list[float]]:
+        """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
+        return self.felt(values)[0]
 
     def held(self, values: Array) -> Array:
         """Return where the object's centre of mass is in the palm's frame (n, 3) [m]."""
