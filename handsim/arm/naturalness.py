@@ -82,7 +82,12 @@ def range_use(angles: Array) -> Array:
 
 
 def unnaturalness(
-    angles: Array, elbow: Array, wrist: Array, geometry: ArmGeometry, seat: Seat | None = None
+    angles: Array,
+    elbow: Array,
+    wrist: Array,
+    geometry: ArmGeometry,
+    seat: Seat | None = None,
+    use: Array | None = None,
 ) -> Unnaturalness:
     """Return how far postures are from natural.
 
@@ -94,9 +99,11 @@ def unnaturalness(
     geometry
     seat
         Where the table is.
+    use : (..., 7)
+        `range_use` of the angles, where it is known already.
     """
     seat, stature = seat or Seat(), geometry.stature
-    use = np.abs(range_use(angles)).max(axis=-1)
+    use = np.abs(range_use(angles) if use is None else use).max(axis=-1)
     low, high = _ELBOW_HIGH
     return Unnaturalness(
         joints=np.maximum(np.minimum(use, 1.0) - FREE_RANGE, 0.0) / (1.0 - FREE_RANGE)

@@ -145,12 +145,13 @@ class ReachingArm:
         """Return the cost of swivels, (n, m)."""
         geometry = self.geometry
         angles, elbow = angles_at(where, palm, swivel, geometry.upper_arm, geometry.forearm)
-        judged = unnaturalness(angles, elbow, where, geometry, self.seat)
+        use = range_use(angles)
+        judged = unnaturalness(angles, elbow, where, geometry, self.seat, use)
         usual = self.law.swivel(where, geometry)
         return (
             ((swivel - usual) / self.law.spread) ** 2
             + np.sum(((angles[..., N_ARM:] - wanted) / _WRIST_SPREAD) ** 2, axis=-1)
-            + np.sum(range_use(angles) ** 4, axis=-1)
+            + np.sum(use**4, axis=-1)
             + _UNNATURAL_WEIGHT * (judged.elbow**2 + judged.trunk**2 + judged.table**2)
         )
 
@@ -160,8 +161,8 @@ class ReachingArm:
         angles, elbow = angles_at(where, palm, swivel, *lengths)
         angles[:, :3] = np.unwrap(angles[:, :3], axis=0)
         angles[:, :3] -= 2 * np.pi * np.round(np.median(angles[:, :3], axis=0) / (2 * np.pi))
-        judged = unnaturalness(angles, elbow, where, geometry, self.seat)
         use = range_use(angles)
+        judged = unnaturalness(angles, elbow, where, geometry, self.seat, use)
         lower, upper = np.tile(CHAIN_LOWER, (len(where), 1)), np.tile(CHAIN_UPPER, (len(where), 1))
         least, most = rotation_range(angles[:, 0])
         lower[:, 2], upper[:, 2] = np.maximum(lower[:, 2], least), np.minimum(upper[:, 2], most)
