@@ -11,6 +11,7 @@ misses.
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -119,6 +120,9 @@ class ReachingArm:
             If the shapes do not match or a number is not finite.
         """
         wanted = _checked(pos, quat, wrist)
+        return _known(self, *(each.tobytes() for each in (pos, quat, wanted)))
+
+    def _posture(self, pos: Array, quat: Array, wanted: Array) -> ArmPosture:
         where, palm = pos - self.geometry.shoulder(self.seat), matrices(_normed(quat))
         if self.size.side == "left":
             where, palm = mirrored(where, palm)
@@ -180,6 +184,13 @@ class ReachingArm:
             use=use,
             unnatural=judged,
         )
+
+
+@lru_cache(maxsize=32)
+def _known(arm: ReachingArm, pos: bytes, quat: bytes, wanted: bytes) -> ArmPosture:
+    """Return the angles along a movement: trials and searches make the same one again and again."""
+    rows = (np.frombuffer(each).reshape(-1, n) for each, n in ((pos, 3), (quat, 4), (wanted, 2)))
+    return arm._posture(*rows)
 
 
 def _checked(pos: Array, quat: Array, wrist: Array | None) -> Array:
