@@ -53,9 +53,19 @@ GRIP = (
 
 _THUMB = FINGERS.index("thumb")
 _PER_RADIAN = FINGERTIP_FORCE / SATURATION  # of a finger all of whose joints are off [N/rad]
-_JOINTS_OF = tuple(
-    tuple(i for i, joint in enumerate(JOINTS) if joint.finger == finger) for finger in FINGERS
+_OF_FINGER = np.array(
+    [-1 if joint.finger is None else FINGERS.index(joint.finger) for joint in JOINTS]
 )
+_FIXED = _OF_FINGER < 0
+_COLUMNS = np.where(_FIXED, 0, _OF_FINGER)
+_JOINTS_OF = [np.flatnonzero(finger == _OF_FINGER).tolist() for finger in range(len(FINGERS))]
+_BY_FINGER = np.concatenate(_JOINTS_OF).astype(np.int64)
+_STARTS = np.searchsorted(_OF_FINGER[_BY_FINGER], np.arange(len(FINGERS)))
+"""The joints of fingers, finger by finger, and where each finger's begin."""
+
+
+Rows = Array | list[list[float]]
+"""A row for each run: arrays, or numbers of one by itself, which are faster."""
 
 
 def shares_of(fingers: Sequence[Finger]) -> Array:
@@ -188,7 +198,8 @@ class GripLayer:
         # hundredth of a second a hundred times a second.
         self._told: Array | None = None
         self._far = 0.0
-        self._free: list[list[float]] = []
+        self._free: list[float] = []
+        self._begin, self._way, self._longest = np.empty(0), np.empty(0), np.empty(0)
 
     @property
     def force(self) -> Array:
@@ -232,7 +243,7 @@ class GripLayer:
         dt: float,
         *,
         acting: bool,
-    ) -> list[list[float]]:
+    ) -> Rows:
         """Return the targets of all joints, (n, 22) [rad]; `feel` comes first.
 
         Parameters
@@ -254,19 +265,33 @@ class GripLayer:
         if closed >= 1.0:  # fingers that have met nothing yet go on
             self.sought = min(self.sought + SEEKING * dt, SOUGHT)
         far = closed + self.sought
-        anew = told is not self._told
-        if anew or far != self._far:
-            self._far, self._free = far, (told + far * self.closing).tolist()
-        if anew:
-            self._told = told
-            for run, row in zip(self._runs, told.tolist(), strict=True):
-                run.aim(row, self._closing)
         if slip is not None and load is not None:
             for run, slides, weighs in zip(self._runs, slip, load, strict=True):
                 run.tighten(slides, weighs, dt)
         for run in self._runs:
             run.settle(closed, dt, acting)
-        return [run.targets(free) for run, free in zip(self._runs, self._free, strict=True)]
+        anew = told is not self._told
+        if anew or far != self._far:
+            self._told, self._far, free = told, far, told + far * self.closing
+            if len(self._runs) > 1:
+                self._aim(told, free)
+            else:
+                self._free = free[0].tolist()
+        if len(self._runs) > 1:
+            scale = self.press / self._longest
+            return self._begin + scale.take(_COLUMNS, axis=1) * self._way
+        (run,) = self._runs  # one by itself is faster as numbers
+        if anew:
+            run.aim(told[0].tolist(), self._closing)
+        return [run.targets(self._free)]
+
+    def _aim(self, told: Array, free: Array) -> None:
+        """Find where joints of several runs press from, and their ways; free ones have none."""
+        at, holds = self.at, self.touched[:, _COLUMNS] & ~_FIXED
+        self._way = np.where(holds, told + self.closing - at, 0.0)
+        along = np.abs(self._way).take(_BY_FINGER, axis=1)
+        self._longest = np.maximum(np.maximum.reduceat(along, _STARTS, axis=1), SHORT)
+        self._begin = np.where(holds, at, free)
 
 
 class Ungripped:
@@ -288,6 +313,6 @@ class Ungripped:
         dt: float,
         *,
         acting: bool,
-    ) -> list[list[float]]:
+    ) -> Rows:
         """Return the targets (n, 22) [rad] as they were told."""
-        return told.tolist()
+        return told if len(told) > 1 else told.tolist()

@@ -114,6 +114,11 @@ class CarryingArms:
         Where the arms' joints are, a live view.
     ctrl : (n_readings, n, 5) [rad]
         Where commands go: targets that lead as compliant joints need it.
+
+    Attributes
+    ----------
+    wrist : (n_readings, n, 2) [rad]
+        Angles of the wrists.
     """
 
     def __init__(
@@ -124,27 +129,31 @@ class CarryingArms:
         at: Array,
         ctrl: Array,
     ) -> None:
-        # Numbers are faster than arrays of five, one by one in lists that hold no others.
-        self._wrists: list[float] = np.stack([each.wrist for each in postures], 1).ravel().tolist()
-        self._paths: list[float] = np.stack([each.arm for each in postures], 1).ravel().tolist()
-        leading = np.stack([leading_targets(each.arm, step, geometry) for each in postures], 1)
-        ctrl[:], self._leading = leading, leading.ravel().tolist()
-        self._at, self._ctrl, self._share, self._n = at, ctrl, step / FEELING, len(postures)
-        self._sags = [[0.0] * N_ARM for _ in postures]
+        self.wrist = np.stack([each.wrist for each in postures], axis=1)
+        path = np.stack([each.arm for each in postures], axis=1)
+        leading = np.stack([leading_targets(each.arm, step, geometry) for each in postures], axis=1)
+        self._at, self._ctrl, self._share = at, ctrl, step / FEELING
+        self._path, self._sags = path, np.zeros(path.shape[1:])
+        ctrl[:] = leading
+        # Of one run numbers are faster than arrays of five.
+        self._numbers = [each[:, 0].ravel().tolist() for each in (self.wrist, path, leading)]
+        self._own_sags = [0.0] * N_ARM
 
-    def wrist_of(self, row: int, run: int) -> list[float]:
-        """Return the angles of a run's wrist at a reading, (2,) [rad]."""
-        first = len(WRIST) * (row * self._n + run)
-        return self._wrists[first : first + len(WRIST)]
+    def wrist_of_first(self, row: int) -> list[float]:
+        """Return the angles of the first run's wrist at a reading, (2,) [rad]."""
+        return self._numbers[0][len(WRIST) * row : len(WRIST) * (row + 1)]
 
     def lift(self, row: int) -> None:
         """Move the targets of a reading by how far arms that carry something have sagged."""
         share, most = self._share, MOST_FELT
-        for i, at in enumerate(self._at.tolist()):
-            first, sags, lifted = N_ARM * (row * self._n + i), self._sags[i], []
-            paths, leading = self._paths, self._leading
-            for joint, now in enumerate(at):
-                sags[joint] += paths[first + joint] - now
-                felt = min(max(share * sags[joint], -most), most)
-                lifted.append(leading[first + joint] + felt)
-            self._ctrl[row, i] = lifted
+        if len(self._at) > 1:
+            self._sags += self._path[row] - self._at
+            self._ctrl[row] += np.minimum(np.maximum(share * self._sags, -most), most)
+            return
+        (at,), sags, lifted = self._at.tolist(), self._own_sags, []
+        _, path, leading = self._numbers
+        for joint, now in enumerate(at):
+            place = N_ARM * row + joint
+            sags[joint] += path[place] - now
+            lifted.append(leading[place] + min(max(share * sags[joint], -most), most))
+        self._ctrl[row, 0] = lifted

@@ -65,7 +65,8 @@ class _Felt(NamedTuple):
 class LateGloves:
     """What gloves and fingertips of n runs measure: some readings later, and not if it gets lost.
 
-    Most postures are never asked for, so that they are looked up when they are.
+    Most postures are never asked for, so that they are looked up when they are. What is returned is
+    kept until the next reading, and is not to be changed.
 
     Parameters
     ----------
@@ -97,6 +98,8 @@ class LateGloves:
         self._qpos, self._past, self._joints = qpos, past, joints
         self._felt: deque[_Felt] = deque(maxlen=delay + 1)
         self._tolds: list[Array | None] = []
+        self._read: Array | None = None
+        self._read_by_driver: Array | None = None
         self._any_lost: list[bool] = lost.any(axis=1).tolist()
         came = np.where(lost, 0, np.arange(len(lost))[:, None])
         self._source = np.maximum.accumulate(came, axis=0)
@@ -117,6 +120,7 @@ class LateGloves:
         """
         self._tolds.append(told)
         self._felt.append(_Felt(tick, told, forces))
+        self._read = self._read_by_driver = None
 
     @property
     def forces(self) -> list[list[float]]:
@@ -125,6 +129,8 @@ class LateGloves:
 
     def read(self) -> Array:
         """Return the readings that come now, (n, 22) [rad], the wrist's as they are."""
+        if self._read is not None:
+            return self._read
         felt = self._felt[0]
         now = self._qpos if felt is self._felt[-1] else self._past[felt.tick]
         q, noise = now.take(self._joints, axis=1), self._disturbance[felt.tick]
@@ -132,19 +138,26 @@ class LateGloves:
             noise = noise.copy()
             for i, row in self._before(felt.tick):
                 q[i], noise[i] = self._past[row, i, self._joints], self._disturbance[row, i]
-        return self._glove.reading(q, noise)
+        self._read = self._glove.reading(q, noise)
+        return self._read
 
     def read_by_driver(self) -> Array:
         """Return them with what was told of the wrist, (n, 22) [rad]."""
-        reading, felt = self.read(), self._felt[0]
+        if self._read_by_driver is None:
+            self._read_by_driver = self._with_told_wrist(self.read())
+        return self._read_by_driver
+
+    def _with_told_wrist(self, read: Array) -> Array:
+        felt = self._felt[0]
         if felt.told is None:
-            return reading
-        wrist = reading[:, WRIST_COLUMNS].copy() if self._any_lost[felt.tick] else None
+            return read
+        reading = read.copy()
         reading[:, WRIST_COLUMNS] = felt.told[:, WRIST_COLUMNS]
-        if wrist is not None:
+        if self._any_lost[felt.tick]:
             for i, row in self._before(felt.tick):
                 told = self._tolds[row]
-                reading[i, WRIST_COLUMNS] = wrist[i] if told is None else told[i, WRIST_COLUMNS]
+                by = read if told is None else told
+                reading[i, WRIST_COLUMNS] = by[i, WRIST_COLUMNS]
         return reading
 
     def _before(self, tick: int) -> Iterator[tuple[int, int]]:

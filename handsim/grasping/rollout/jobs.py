@@ -7,7 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
-from handsim.grasping.gripping.grip import GripLayer, Ungripped, shares_of
+from handsim.grasping.gripping.grip import GripLayer, Rows, Ungripped, shares_of
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
 from handsim.grasping.rollout._stepping import COMMANDS, Simulations
 from handsim.grasping.rollout.commands import Commands
@@ -155,18 +155,26 @@ class Group:
             grip.touch(self.gloves.read_by_driver())
         targets = grip.command(told, slip, load, self._closed[tick], 1.0 / RATE, acting=acting)
         if self._flexes[tick]:
-            flexed = commands.flexion[tick].tolist()
-            targets = [[q + by for q, by in zip(row, flexed, strict=True)] for row in targets]
-        for i, row in enumerate(targets):
-            within = [
-                low if q < low else high if q > high else q
-                for q, low, high in zip(row, _LOWER, _UPPER, strict=True)
-            ]
-            if arms is not None:
-                within[WRIST_COLUMNS] = arms.wrist_of(tick, i)
-            self.ctrl[tick, i] = within
+            targets = np.asarray(targets) + commands.flexion[tick]
+        self._write(tick, targets)
         if slip is not None and arms is not None:
             arms.lift(tick)
+
+    def _write(self, tick: int, targets: Rows) -> None:
+        """Command targets within the joints' ranges; the wrist's where an arm moves it."""
+        ctrl, arms = self.ctrl[tick], self.arms
+        if isinstance(targets, np.ndarray):
+            np.minimum(np.maximum(targets, LOWER), UPPER, out=ctrl)
+            if arms is not None:
+                ctrl[:, WRIST_COLUMNS] = arms.wrist[tick]
+            return
+        within = [
+            low if q < low else high if q > high else q
+            for q, low, high in zip(targets[0], _LOWER, _UPPER, strict=True)
+        ]
+        if arms is not None:
+            within[WRIST_COLUMNS] = arms.wrist_of_first(tick)
+        ctrl[0] = within
 
     def _carrying(self, tick: int) -> tuple[list[float], list[float]]:
         """Return how fast objects move in the palms [m/s], and loads beside those expected.

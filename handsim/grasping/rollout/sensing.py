@@ -174,17 +174,10 @@ class Sensors:
         self._slots = slice(self.n_poses, int(starts[held] - starts[0]))
         self._held = slice(self._slots.stop, self._slots.stop + 3)
         self._carried = self._held.stop + 2
-        starts_of_fingers = self._slots.start + SLOTS * _WIDTH * np.array(self._fingers)
-        self._felt = np.concatenate(
-            [
-                *(starts_of_fingers + place for place in (0, _PUSH, _WIDTH + _PUSH)),
-                np.arange(self._held.start, self._carried + 1),
-            ]
-        )
-        self._finger_pushes = [
-            slice(start + _PUSH, start + SLOTS * _WIDTH, _WIDTH)
-            for start in starts_of_fingers.tolist()
-        ]
+        places = self._slots.start + SLOTS * _WIDTH * np.array(self._fingers)
+        pushes = places + _PUSH
+        self._felt = np.r_[places, pushes, pushes + _WIDTH, self._held.start : self._carried + 1]
+        self._pushes = [slice(first, first + SLOTS * _WIDTH, _WIDTH) for first in pushes.tolist()]
         self._table_force, self._table_overlap = self._carried + 3, self._carried + 4
         numbers = [name.split("_")[1] for name in names[table + 2 :]]
         self._pressed = [
@@ -211,14 +204,8 @@ class Sensors:
         return values[..., self._slots][..., :: SLOTS * _WIDTH]
 
     def contacts(self, values: Array) -> tuple[Touch, Mask]:
-        """Return how hand and object touch, and whether a sensor had too few slots, (...,).
-
-        Parameters
-        ----------
-        values : (..., n_values)
-        """
-        shape, n_values = values.shape[:-1], values.shape[-1]
-        rows = values.reshape(-1, n_values)
+        """Return how hand and object touch, and whether a sensor had too few slots, (...,)."""
+        shape, rows = values.shape[:-1], values.reshape(-1, values.shape[-1])
         n, found = len(rows), self.n_contacts(rows)
         force, depth = np.zeros((n, len(CONTACT_PARTS))), np.zeros(n)
         press = np.zeros((*force.shape, 3))
@@ -228,11 +215,10 @@ class Sensors:
             first, part = self._slots.start + sensor * SLOTS * _WIDTH, self._parts[sensor]
             end = first + int(min(SLOTS, most)) * _WIDTH
             slots = rows[:, first:end].reshape(n, -1, _WIDTH)
-            pushes = slots[:, :, _PUSH]
-            vectors = pushes[..., None] * slots[:, :, _DIRECTION]
-            pushed, pressed = pushes[:, 0].copy(), vectors[:, 0]
-            for slot in range(1, pushes.shape[1]):  # in the order of the contacts
-                pushed += pushes[:, slot]
+            vectors = slots[:, :, _PUSH, None] * slots[:, :, _DIRECTION]
+            pushed, pressed = slots[:, 0, _PUSH].copy(), vectors[:, 0]
+            for slot in range(1, slots.shape[1]):  # in the order of the contacts
+                pushed += slots[:, slot, _PUSH]
                 pressed += vectors[:, slot]
             force[:, part] += pushed
             press[:, part] += pressed
@@ -266,23 +252,14 @@ class Sensors:
         return force, press
 
     def felt(self, values: Array) -> tuple[list[list[float]], list[list[float]]]:
-        """Return what hands feel, in loops.
-
-        Returns
-        -------
-        forces : (n, 5) [N]
-            Normal forces of the fingers on the object.
-        carrying : (n, 6)
-            As `held`, two other numbers, and as `carried`.
-        """
-        n, places = len(FINGERS), self._finger_pushes
-        rows: list[list[float]] = values.take(self._felt, axis=1).tolist()
+        """Return `finger_forces` (n, 5), and `held`, two other numbers and `carried` (n, 6)."""
+        n, rows = len(FINGERS), values.take(self._felt, axis=1).tolist()
         forces = [
             [
                 # Seldom more than two; slots of contacts that there are not are 0.
                 first + second if found <= 2.0 else _in_pairs(*values[i, place].tolist())
                 for found, first, second, place in zip(
-                    row[:n], row[n : 2 * n], row[2 * n : 3 * n], places, strict=True
+                    row[:n], row[n : 2 * n], row[2 * n : 3 * n], self._pushes, strict=True
                 )
             ]
             for i, row in enumerate(rows)
@@ -316,10 +293,9 @@ class Sensors:
         return forces
 
 
-def _in_pairs(
-    a: float, b: float, c: float, d: float, e: float, f: float, g: float, h: float
-) -> float:
-    """Return a sum in one order, and so the same bits, however many simulations there are."""
+def _in_pairs(*numbers: float) -> float:
+    """Return a sum of eight in one order: the same bits, however many simulations there are."""
+    a, b, c, d, e, f, g, h = numbers
     return ((a + b) + (c + d)) + ((e + f) + (g + h))
 
 

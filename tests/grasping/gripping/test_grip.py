@@ -54,7 +54,8 @@ def given(
     felt = [None if v is None else np.broadcast_to(v, (n,)).tolist() for v in (slip, load)]
     if each.feel(forces.tolist()):
         each.touch(np.broadcast_to(q, (n, 22)))
-    return each.command(np.broadcast_to(told, (n, 22)), *felt, closed, DT, acting=acting)
+    told = np.broadcast_to(told, (n, 22))
+    return np.array(each.command(told, *felt, closed, DT, acting=acting))
 
 
 def pressing(each: GripLayer, n: int, fingers=(0, 1, 2), stiffness=1.0, **values) -> np.ndarray:
