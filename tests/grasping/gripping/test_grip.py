@@ -272,6 +272,16 @@ def test_the_load_and_the_sliding_of_each_run_are_its_own():
     np.testing.assert_allclose(forces, [2.0, 3.0, 4.0], rtol=0.02)
 
 
+def test_what_touches_nothing_does_not_tighten_though_others_hold():
+    """What slides past an open hand, or rests on its palm, is not gripped yet: as alone."""
+    together, alone = layer((4.0, 4.0)), layer()
+    for tick in range(60):
+        forces = np.array([[2.0] * 5, [2.0 if tick > 20 else 0.0] * 5])
+        felt = {"closed": 1.0, "slip": 0.05 if tick < 20 else 0.0, "load": 1.0, "acting": True}
+        both, one = given(together, forces, **felt), given(alone, forces[1], **felt)
+        np.testing.assert_array_equal(both[1], one[0])
+
+
 def test_in_the_action_the_thumb_supports_what_fingers_press():
     """Its own force is corrected before, and not in the action, whatever is felt."""
     each = layer()
