@@ -122,7 +122,8 @@ class ReachingArm:
         wanted = _checked(pos, quat, wrist)
         return _known(self, *(each.tobytes() for each in (pos, quat, wanted)))
 
-    def _posture(self, pos: Array, quat: Array, wanted: Array) -> ArmPosture:
+    def worked_out(self, pos: Array, quat: Array, wanted: Array) -> ArmPosture:
+        """Return `posture` of inputs that are checked, with an angle asked for at each time."""
         where, palm = pos - self.geometry.shoulder(self.seat), matrices(_normed(quat))
         if self.size.side == "left":
             where, palm = mirrored(where, palm)
@@ -188,9 +189,12 @@ class ReachingArm:
 
 @lru_cache(maxsize=32)
 def _known(arm: ReachingArm, pos: bytes, quat: bytes, wanted: bytes) -> ArmPosture:
-    """Return the angles along a movement: trials and searches make the same one again and again."""
+    """Return the angles along a movement: trials and searches make the same again and again."""
     rows = (np.frombuffer(each).reshape(-1, n) for each, n in ((pos, 3), (quat, 4), (wanted, 2)))
-    return arm._posture(*rows)
+    found = arm.worked_out(*rows)
+    for each in (found.arm, found.wrist, found.swivel, found.elbow, found.use):
+        each.flags.writeable = False
+    return found
 
 
 def _checked(pos: Array, quat: Array, wrist: Array | None) -> Array:

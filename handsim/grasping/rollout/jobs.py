@@ -122,8 +122,8 @@ class Group:
         self._carries: list[list[float]] = []
         self._held = self._carries
         # Numbers are faster than arrays of one.
-        gripped = isinstance(self.grip, GripLayer)
-        self._flexes: list[bool] = (gripped & commands.flexion.any(axis=1)).tolist()
+        flexes = np.asarray(commands.flexion.any(axis=1)) & isinstance(self.grip, GripLayer)
+        self._flexes: list[bool] = flexes.tolist()
         self._closed: list[float] = commands.closed.tolist()
         self._weights: list[float] = commands.weight.ravel().tolist()
         if self.arms is not None:

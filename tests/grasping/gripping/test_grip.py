@@ -273,13 +273,16 @@ def test_the_load_and_the_sliding_of_each_run_are_its_own():
 
 
 def test_what_touches_nothing_does_not_tighten_though_others_hold():
-    """What slides past an open hand, or rests on its palm, is not gripped yet: as alone."""
+    """What slides past an open hand, or rests on its palm, is not gripped yet."""
     together, alone = layer((4.0, 4.0)), layer()
     for tick in range(60):
         forces = np.array([[2.0] * 5, [2.0 if tick > 20 else 0.0] * 5])
-        felt = {"closed": 1.0, "slip": 0.05 if tick < 20 else 0.0, "load": 1.0, "acting": True}
-        both, one = given(together, forces, **felt), given(alone, forces[1], **felt)
+        felt, open_ = {"closed": 1.0, "acting": True}, tick < 20
+        slip, load = (0.05, 2.0) if open_ else (0.0, 1.0)
+        both = given(together, forces, slip=slip, load=load, **felt)
+        one = given(alone, forces[1], slip=0.0, load=1.0, **felt)
         np.testing.assert_array_equal(both[1], one[0])
+    assert together._runs[0]._tighter > 1.5
 
 
 def test_in_the_action_the_thumb_supports_what_fingers_press():
