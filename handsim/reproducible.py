@@ -8,7 +8,9 @@ the functions here, and learning with them, are made of those alone, array by ar
 that is written down.
 """
 
+from collections.abc import Sequence
 from math import factorial
+from operator import add
 
 import numpy as np
 
@@ -39,6 +41,18 @@ def total(x: Array, axis: int = 0) -> Array:
             folded[0] += parts[-1]
         parts = folded
     return parts[0]
+
+
+def total_of(numbers: Sequence[float]) -> float:
+    """Return the same sum as `total` of a few numbers; for loops."""
+    parts = numbers
+    while len(parts) > 1:
+        half = len(parts) // 2
+        folded = list(map(add, parts[:half], parts[half : 2 * half]))
+        if len(parts) % 2:
+            folded[0] += parts[-1]
+        parts = folded
+    return parts[0] if parts else 0.0
 
 
 def mean(x: Array, axis: int = 0) -> Array:

@@ -21,6 +21,7 @@ from handsim.reproducible import (
     powers,
     product,
     total,
+    total_of,
     units,
     upper_solved,
 )
@@ -36,6 +37,14 @@ def test_totals_are_sums(n: int) -> None:
     table = RNG.normal(size=(3, n, 2))
     np.testing.assert_allclose(total(table, 1), table.sum(axis=1), atol=1e-12)
     np.testing.assert_allclose(total(table, -1), table.sum(axis=2), atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 5, 7, 22, 64])
+def test_totals_of_numbers_have_the_same_bits(n: int) -> None:
+    x = RNG.normal(size=n) * 10.0 ** RNG.uniform(-8, 8, n)
+    kept = x.tolist()
+    assert total_of(kept) == float(total(x))
+    assert kept == x.tolist()
 
 
 def test_totals_leave_their_input_alone_and_have_a_written_order() -> None:

@@ -15,6 +15,7 @@ Sources, and how sure they are
     forces needed are sent ahead (internal models), not because stiffness pulls them along.
 """
 
+from functools import cache
 from types import MappingProxyType
 
 import numpy as np
@@ -74,6 +75,7 @@ def arm_gains(geometry: ArmGeometry, stiffness: float = 1.0) -> Array:
     return stiffness * arm_torque_limits(geometry) / SATURATION
 
 
+@cache
 def moved_inertia(geometry: ArmGeometry) -> Array:
     """Return the inertia that each joint moves in an arm at work, (5,) [kg m2].
 
@@ -90,7 +92,9 @@ def moved_inertia(geometry: ArmGeometry) -> Array:
     made = np.array(
         [shoulder * np.sin(np.pi / 4) ** 2 + 0.5 * beyond, shoulder, beyond, beyond, turning]
     )
-    return made + [ARMATURE[kind] for kind in kinds]
+    made += [ARMATURE[kind] for kind in kinds]
+    made.flags.writeable = False
+    return made
 
 
 def arm_damping(geometry: ArmGeometry, stiffness: float = 1.0) -> Array:

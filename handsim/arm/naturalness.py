@@ -82,7 +82,12 @@ def range_use(angles: Array) -> Array:
 
 
 def unnaturalness(
-    angles: Array, elbow: Array, wrist: Array, geometry: ArmGeometry, seat: Seat | None = None
+    angles: Array,
+    elbow: Array,
+    wrist: Array,
+    geometry: ArmGeometry,
+    seat: Seat | None = None,
+    use: Array | None = None,
 ) -> Unnaturalness:
     """Return how far postures are from natural.
 
@@ -94,13 +99,15 @@ def unnaturalness(
     geometry
     seat
         Where the table is.
+    use : (..., 7)
+        `range_use` of the angles, where it is known already.
     """
     seat, stature = seat or Seat(), geometry.stature
-    use = np.abs(range_use(angles)).max(axis=-1)
+    most = np.abs(range_use(angles) if use is None else use).max(axis=-1)
     low, high = _ELBOW_HIGH
     return Unnaturalness(
-        joints=np.maximum(np.minimum(use, 1.0) - FREE_RANGE, 0.0) / (1.0 - FREE_RANGE)
-        + np.maximum(use - 1.0, 0.0),
+        joints=np.maximum(np.minimum(most, 1.0) - FREE_RANGE, 0.0) / (1.0 - FREE_RANGE)
+        + np.maximum(most - 1.0, 0.0),
         elbow=np.maximum(elbow[..., 2] - low, 0.0) / (high - low),
         trunk=np.maximum(_in_trunk(elbow, stature), _in_trunk(wrist, stature)) / _IN_TRUNK,
         table=_in_table(elbow, wrist, seat, stature) / _IN_TABLE,

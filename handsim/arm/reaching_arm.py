@@ -11,6 +11,7 @@ misses.
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -119,6 +120,10 @@ class ReachingArm:
             If the shapes do not match or a number is not finite.
         """
         wanted = _checked(pos, quat, wrist)
+        return _known(self, *(each.tobytes() for each in (pos, quat, wanted)))
+
+    def worked_out(self, pos: Array, quat: Array, wanted: Array) -> ArmPosture:
+        """Return `posture` of inputs that are checked, with an angle asked for at each time."""
         where, palm = pos - self.geometry.shoulder(self.seat), matrices(_normed(quat))
         if self.size.side == "left":
             where, palm = mirrored(where, palm)
@@ -145,12 +150,13 @@ class ReachingArm:
         """Return the cost of swivels, (n, m)."""
         geometry = self.geometry
         angles, elbow = angles_at(where, palm, swivel, geometry.upper_arm, geometry.forearm)
-        judged = unnaturalness(angles, elbow, where, geometry, self.seat)
+        use = range_use(angles)
+        judged = unnaturalness(angles, elbow, where, geometry, self.seat, use)
         usual = self.law.swivel(where, geometry)
         return (
             ((swivel - usual) / self.law.spread) ** 2
             + np.sum(((angles[..., N_ARM:] - wanted) / _WRIST_SPREAD) ** 2, axis=-1)
-            + np.sum(range_use(angles) ** 4, axis=-1)
+            + np.sum(use**4, axis=-1)
             + _UNNATURAL_WEIGHT * (judged.elbow**2 + judged.trunk**2 + judged.table**2)
         )
 
@@ -160,8 +166,8 @@ class ReachingArm:
         angles, elbow = angles_at(where, palm, swivel, *lengths)
         angles[:, :3] = np.unwrap(angles[:, :3], axis=0)
         angles[:, :3] -= 2 * np.pi * np.round(np.median(angles[:, :3], axis=0) / (2 * np.pi))
-        judged = unnaturalness(angles, elbow, where, geometry, self.seat)
         use = range_use(angles)
+        judged = unnaturalness(angles, elbow, where, geometry, self.seat, use)
         lower, upper = np.tile(CHAIN_LOWER, (len(where), 1)), np.tile(CHAIN_UPPER, (len(where), 1))
         least, most = rotation_range(angles[:, 0])
         lower[:, 2], upper[:, 2] = np.maximum(lower[:, 2], least), np.minimum(upper[:, 2], most)
@@ -179,6 +185,16 @@ class ReachingArm:
             use=use,
             unnatural=judged,
         )
+
+
+@lru_cache(maxsize=32)
+def _known(arm: ReachingArm, pos: bytes, quat: bytes, wanted: bytes) -> ArmPosture:
+    """Return the angles along a movement: trials and searches make the same again and again."""
+    rows = (np.frombuffer(each).reshape(-1, n) for each, n in ((pos, 3), (quat, 4), (wanted, 2)))
+    found = arm.worked_out(*rows)
+    for each in (found.arm, found.wrist, found.swivel, found.elbow, found.use):
+        each.flags.writeable = False
+    return found
 
 
 def _checked(pos: Array, quat: Array, wrist: Array | None) -> Array:

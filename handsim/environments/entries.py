@@ -135,7 +135,7 @@ def checked_action(action: Array, shape: tuple[int, ...]) -> Array:
         If it has another shape, or a number is not finite.
     """
     given = np.asarray(action, dtype=float)
-    if given.shape == shape and (np.abs(given) <= 1.0).all():
+    if given.shape == shape and all(-1.0 <= x <= 1.0 for x in given.ravel().tolist()):
         return given
     if given.shape != shape or not np.isfinite(given).all():
         asked = " x ".join(str(n) for n in shape)

@@ -73,6 +73,7 @@ class Observer:
         self._template[self._places["destination"]] = destination
         self._template[self._places["need"]] = need
         self._numbers = slice(self._places["palm_position"].start, self._places["hinge"].stop)
+        self._tip_numbers = self._places["fingertips"]
         self._clock = slice(self._places["progress"].start, self._places["time"].stop)
         self._shares = _shares(schedule_for(scene.task))
         self._first: list[list[float]] = []
@@ -83,19 +84,19 @@ class Observer:
 
     def look(self, episode: GraspEpisode) -> tuple[Array, list[Felt]]:
         """Return observations at the reading that runs are at, (n, size), and what is felt."""
-        sensors, rows = episode.sensors, episode.rows
-        places, n = self._places, len(rows)
-        flat = np.empty((n, len(self._template)))
-        flat[:] = self._template
+        sensors, places, shares = episode.sensors, self._places, self._shares[episode.reading]
+        flat = np.array([self._template] * len(episode.rows))
         flat[:, places["posture"]], flat[:, places["components"]] = episode.seen()
-        flat[:, self._clock] = self._shares[episode.reading]
-        poses = [sensors.posed(row.values) for row in rows]
-        axes = [(each["object_x"], each["object_y"], each["object_z"]) for each in poses]
-        origins = np.array([each["object_origin"] for each in poses])
-        tips = (episode.sites[:, self._tips] - origins[:, None]) @ np.swapaxes(axes, 1, 2)
-        flat[:, places["fingertips"]] = tips.reshape(n, -1)
+        flat[:, self._clock] = shares
+        poses = [sensors.posed(row.values) for row in episode.rows]
+        axes = [(pose["object_x"], pose["object_y"], pose["object_z"]) for pose in poses]
+        origins = np.array([pose["object_origin"] for pose in poses])
+        away = episode.sites.take(self._tips, axis=1) - origins[:, None]
+        parts = away[:, :, None] * np.array(axes)[:, None]
+        tips = parts[..., 0] + parts[..., 1] + parts[..., 2]
+        flat[:, self._tip_numbers] = tips.reshape(len(poses), -1)
         felt: list[Felt] = []
-        for i, (row, pose, each) in enumerate(zip(rows, poses, tips.tolist(), strict=True)):
+        for i, (row, pose, each) in enumerate(zip(episode.rows, poses, tips.tolist(), strict=True)):
             force, press = sensors.touching(row.values)
             flat[i, self._numbers] = [
                 *_in_frame(axes[i], pose["palm_pos"], pose["object_origin"]),

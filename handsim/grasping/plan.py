@@ -168,15 +168,22 @@ class PalmPath:
     def _carried(self, times: Array) -> tuple[Array, Rotation]:
         """Return the rigid motion of palm and object since the squeeze: shift (n, 3) and turn."""
         shift, turn = np.zeros((len(times), 3)), Rotation.identity(len(times))
-        grasp_point = self.object_pose.pos + self.object_pose.rotation.apply(self.task.grasp.point)
+        grasp_point, turned = (
+            self.object_pose.pos + self.object_pose.rotation.apply(self.task.grasp.point),
+            False,
+        )
         for step, start in self._steps():
             part = ramp(times, start, step.seconds)[:, None]
-            axis = np.tile(step.axis, (len(times), 1))
-            angle = 0.0 if step.flex else np.deg2rad(step.angle_deg)
-            added = Rotation.from_rotvec(part * angle * axis)
-            point = shift + turn.apply(grasp_point)
-            shift = point + part * np.array(step.shift) + added.apply(shift - point)
-            turn = added * turn
+            turns = bool(step.angle_deg) and not step.flex
+            point = shift + (turn.apply(grasp_point) if turned else grasp_point)
+            aside = shift - point
+            if turns:
+                axis = np.tile(step.axis, (len(times), 1))
+                added = Rotation.from_rotvec(part * np.deg2rad(step.angle_deg) * axis)
+                aside, turn, turned = added.apply(aside), added * turn, True
+            elif turned:  # as by a turn of nothing, which is normalised
+                turn = Rotation.from_quat(turn.as_quat())
+            shift = point + part * np.array(step.shift) + aside
         return shift, turn
 
     def _steps(self) -> Iterator[tuple[Step, float]]:

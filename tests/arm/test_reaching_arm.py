@@ -145,3 +145,21 @@ def test_a_path_of_600_poses_takes_little_time() -> None:
         RIGHT.posture(pos, quat)
         taken.append(perf_counter() - began)
     assert min(taken) < 0.05
+
+
+def test_a_path_that_is_asked_for_again_is_known_and_another_is_not():
+    arm = ReachingArm()
+    pos, quat = np.tile([-0.12, -0.08, 0.12], (30, 1)), np.tile([1.0, 0.0, 0.0, 0.0], (30, 1))
+    pos[:, 0] += np.linspace(0.0, 0.05, 30)
+    found = arm.posture(pos, quat)
+    assert arm.posture(pos.copy(), quat.copy()) is found
+    assert not found.arm.flags.writeable
+    kept = found.arm.copy()
+    pos[-1] += 0.01
+    for other in (
+        arm.posture(pos, quat),
+        arm.posture(pos, quat, np.array([0.1, 0.0])),
+        ReachingArm(HandSize(0.175, 0.078)).posture(pos, quat),
+    ):
+        assert not np.array_equal(other.arm, kept)
+    np.testing.assert_array_equal(found.arm, kept)

@@ -58,9 +58,14 @@ _OF_FINGER = np.array(
 )
 _FIXED = _OF_FINGER < 0
 _COLUMNS = np.where(_FIXED, 0, _OF_FINGER)
-_BY_FINGER = np.argsort(_OF_FINGER, kind="stable")[np.sort(_OF_FINGER) >= 0]
+_JOINTS_OF = [np.flatnonzero(finger == _OF_FINGER).tolist() for finger in range(len(FINGERS))]
+_BY_FINGER = np.concatenate(_JOINTS_OF).astype(np.int64)
 _STARTS = np.searchsorted(_OF_FINGER[_BY_FINGER], np.arange(len(FINGERS)))
 """The joints of fingers, finger by finger, and where each finger's begin."""
+
+
+Rows = Array | list[list[float]]
+"""A row for each run: arrays, or numbers of one by itself, which are faster."""
 
 
 def shares_of(fingers: Sequence[Finger]) -> Array:
@@ -72,7 +77,7 @@ def shares_of(fingers: Sequence[Finger]) -> Array:
 
 
 class _Hold:
-    """What the fingers of one run press, as numbers: they are faster than arrays of five.
+    """What the fingers of one run press, as numbers: of a few they are faster than arrays.
 
     Attributes
     ----------
@@ -82,11 +87,16 @@ class _Hold:
         Whether each finger has touched.
     press : (5,) [rad]
         How far it goes beyond where it touched.
+    at : (22,) [rad]
+        Where that is, of the joints of fingers that have touched.
     """
 
     def __init__(self, shares: list[float], flexed: list[bool], grip: float) -> None:
         self.force, self.press = [0.0] * len(FINGERS), [0.0] * len(FINGERS)
-        self.touched = [False] * len(FINGERS)
+        self.touched, self.at = [False] * len(FINGERS), [0.0] * len(JOINTS)
+        self._holding: list[int] = []
+        self._kept = 0
+        self._ways: list[tuple[int, float, list[tuple[int, float, float]]]] = []
         self._shares, self._flexed = shares, flexed
         self._light = min(LIGHT, grip)
         self._more = grip - self._light
@@ -94,39 +104,67 @@ class _Hold:
 
     def feel(self, forces: Sequence[float]) -> bool:
         """Take in what is measured; return whether a finger has touched now."""
-        newly = False
+        newly, means = False, self.force
         for i, force in enumerate(forces):
-            self.force[i] += SMOOTHING * (force - self.force[i])
-            if force > TOUCH and not self.touched[i]:
-                self.touched[i] = newly = True
+            if force or means[i]:  # most fingers have felt nothing yet, and go on so
+                means[i] += SMOOTHING * (force - means[i])
+                if force > TOUCH and not self.touched[i]:
+                    self.touched[i] = newly = True
+                    self._holding.append(i)
         return newly
+
+    def touch(self, q: Sequence[float]) -> None:
+        """Keep the measured posture of the fingers that have touched now."""
+        for finger in self._holding[self._kept :]:
+            for joint in _JOINTS_OF[finger]:
+                self.at[joint] = q[joint]
+        self._kept = len(self._holding)
+
+    def aim(self, told: Sequence[float], closing: Sequence[float]) -> None:
+        """Find the ways along which fingers press: from where they touched to where they close."""
+        self._ways = []
+        for finger in self._holding:
+            ways = [
+                (joint, self.at[joint], told[joint] + closing[joint] - self.at[joint])
+                for joint in _JOINTS_OF[finger]
+            ]
+            longest = max(abs(way) for _, _, way in ways)
+            self._ways.append((finger, max(longest, SHORT), ways))
 
     def tighten(self, slip: float, load: float, dt: float) -> None:
         """Become tighter where the object slides, or weighs more than it was to weigh."""
+        if not self._holding:
+            return
         before = self._tighter
         slipped = before + dt * max(slip - SLIDES, 0.0) / SLIP_DOUBLES
         self._tighter = min(max(slipped, load / SURPRISE), MOST)
         self._since = self._since + dt if self._tighter <= before else 0.0
 
     def settle(self, closed: float, dt: float, acting: bool) -> None:
-        """Press more where there is too little force, less where there is too much."""
+        """Press more where there is too little force, less where there is too much.
+
+        In the action the thumb supports what the fingers press: two that both correct for long
+        would push the object to and fro. What the action flexes presses as far as it says.
+        """
         level = (self._light + min(1.5 * closed, 1.0) * self._more) * self._tighter
         idle, gain = min(IDLE, level), dt / (SETTLING * _PER_RADIAN)
-        for i, (touched, share, force) in enumerate(
-            zip(self.touched, self._shares, self.force, strict=True)
-        ):
-            if touched and not (acting and self._rests(i)):
-                wanted = level * share if share > 0.0 else idle
-                press = self.press[i] + gain * (wanted - force)
-                self.press[i] = min(max(press, -BEYOND), BEYOND)
+        supports = acting and self._since >= FOLLOWS
+        presses, means, shares, flexed = self.press, self.force, self._shares, self._flexed
+        for i in self._holding:
+            if (acting and flexed[i]) or (supports and i == _THUMB):
+                continue
+            wanted = level * shares[i] if shares[i] > 0.0 else idle
+            press = presses[i] + gain * (wanted - means[i])
+            presses[i] = min(max(press, -BEYOND), BEYOND)
 
-    def _rests(self, finger: int) -> bool:
-        """Whether a finger's force is left as it is in the action.
-
-        The thumb supports what the fingers press: two that both correct for long would push the
-        object to and fro. What the action flexes presses as far as it says.
-        """
-        return self._flexed[finger] or (finger == _THUMB and self._since >= FOLLOWS)
+    def targets(self, free: list[float]) -> list[float]:
+        """Return the targets of all joints, of which those of free fingers are given."""
+        q = free.copy()
+        for finger, longest, ways in self._ways:
+            scale = self.press[finger] / longest
+            for joint, at, way in ways:
+                q[joint] = at + scale * way
+        return q
 
 
 @dataclass
@@ -150,28 +188,38 @@ class GripLayer:
     flexed: Mask
     grip: Array
     sought: float = field(init=False, default=0.0)
-    touched: Mask = field(init=False)
-    at: Array = field(init=False)
-    press: Array = field(init=False)
 
     def __post_init__(self) -> None:
         """Begin with no finger touching."""
-        n = len(self.grip)
         shares, flexed = self.shares.tolist(), self.flexed.tolist()
         self._runs = [_Hold(shares, flexed, grip) for grip in self.grip.tolist()]
-        self.touched = np.zeros((n, len(FINGERS)), dtype=bool)
-        self.press, self.at = np.zeros((n, len(FINGERS))), np.zeros((n, len(JOINTS)))
+        self._closing: list[float] = self.closing.tolist()
         # What stays the same from one reading to the next is kept, since all this is done in a
         # hundredth of a second a hundred times a second.
-        self._any_touched = False
-        self._holds = np.zeros((n, len(JOINTS)), dtype=bool)
         self._told: Array | None = None
-        self._way, self._longest = np.empty(0), np.empty(0)
+        self._far = 0.0
+        self._free: list[float] = []
+        self._begin, self._way, self._longest = np.empty(0), np.empty(0), np.empty(0)
 
     @property
     def force(self) -> Array:
         """Running means of the measured forces (n, 5) [N]."""
         return np.array([run.force for run in self._runs])
+
+    @property
+    def touched(self) -> Mask:
+        """Whether fingers have touched, (n, 5)."""
+        return np.array([run.touched for run in self._runs])
+
+    @property
+    def press(self) -> Array:
+        """How far fingers go beyond where they touched, (n, 5) [rad]."""
+        return np.array([run.press for run in self._runs])
+
+    @property
+    def at(self) -> Array:
+        """Where fingers touched, (n, 22) [rad]."""
+        return np.array([run.at for run in self._runs])
 
     def feel(self, forces: Sequence[Sequence[float]]) -> bool:
         """Take in measured normal forces (n, 5) [N]; return whether a finger has touched now.
@@ -182,10 +230,8 @@ class GripLayer:
 
     def touch(self, q: Array) -> None:
         """Keep the measured posture (n, 22) [rad] of the fingers that have touched now."""
-        before, self._any_touched = self._holds, True
-        self.touched = np.array([run.touched for run in self._runs])
-        self._holds = self.touched[:, _COLUMNS] & ~_FIXED
-        self.at = np.where(self._holds & ~before, q, self.at)
+        for run, row in zip(self._runs, q.tolist(), strict=True):
+            run.touch(row)
         self._told = None  # ways begin elsewhere
 
     def command(
@@ -197,7 +243,7 @@ class GripLayer:
         dt: float,
         *,
         acting: bool,
-    ) -> Array:
+    ) -> Rows:
         """Return the targets of all joints, (n, 22) [rad]; `feel` comes first.
 
         Parameters
@@ -218,21 +264,34 @@ class GripLayer:
         """
         if closed >= 1.0:  # fingers that have met nothing yet go on
             self.sought = min(self.sought + SEEKING * dt, SOUGHT)
-        free = told + (closed + self.sought) * self.closing
-        if not self._any_touched:
-            return free
+        far = closed + self.sought
         if slip is not None and load is not None:
             for run, slides, weighs in zip(self._runs, slip, load, strict=True):
                 run.tighten(slides, weighs, dt)
         for run in self._runs:
             run.settle(closed, dt, acting)
-        self.press = np.array([run.press for run in self._runs])
-        if told is not self._told:
-            self._told, self._way = told, told + self.closing - self.at
-            longest = np.maximum.reduceat(np.abs(self._way)[:, _BY_FINGER], _STARTS, axis=1)
-            self._longest = np.maximum(longest, SHORT)
-        scale = (self.press / self._longest).take(_COLUMNS, axis=1)
-        return np.where(self._holds, self.at + scale * self._way, free)
+        anew = told is not self._told
+        if anew or far != self._far:
+            self._told, self._far, free = told, far, told + far * self.closing
+            if len(self._runs) > 1:
+                self._aim(told, free)
+            else:
+                self._free = free[0].tolist()
+        if len(self._runs) > 1:
+            scale = self.press / self._longest
+            return self._begin + scale.take(_COLUMNS, axis=1) * self._way
+        (run,) = self._runs  # one by itself is faster as numbers
+        if anew:
+            run.aim(told[0].tolist(), self._closing)
+        return [run.targets(self._free)]
+
+    def _aim(self, told: Array, free: Array) -> None:
+        """Find where joints of several runs press from, and their ways; free ones have none."""
+        at, holds = self.at, self.touched[:, _COLUMNS] & ~_FIXED
+        self._way = np.where(holds, told + self.closing - at, 0.0)
+        along = np.abs(self._way).take(_BY_FINGER, axis=1)
+        self._longest = np.maximum(np.maximum.reduceat(along, _STARTS, axis=1), SHORT)
+        self._begin = np.where(holds, at, free)
 
 
 class Ungripped:
@@ -254,6 +313,6 @@ class Ungripped:
         dt: float,
         *,
         acting: bool,
-    ) -> Array:
+    ) -> Rows:
         """Return the targets (n, 22) [rad] as they were told."""
-        return told
+        return told if len(told) > 1 else told.tolist()

@@ -19,8 +19,8 @@ from handsim.grasping.gripping.squeeze import SQUEEZE_DEG
 from handsim.grasping.plan import schedule_for
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import CORRECTION
+from handsim.grasping.rollout.forearm import FEELING, MOST_FELT
 from handsim.grasping.rollout.glove import RATE, DataGlove
-from handsim.grasping.rollout.jobs import FEELING, MOST_FELT
 from handsim.grasping.rollout.record import JudgedScene
 from handsim.grasping.rollout.sensing import NO_SENSORS
 from handsim.hand.mjcf import PASSING_PAIRS

@@ -98,10 +98,11 @@ class OneSimulation(Simulations):
         self._options, data = self._model.opt, self._data
         super().__init__(scene, lambda name: getattr(data, name)[None], data.warning.number[None])
         self._n_contacts = self.sensors.n_contacts(self.sensordata)
+        self._sensing = self._options.disableflags & ~NO_SENSORS
 
     def reset(self) -> None:
         mujoco.mj_resetData(self._model, self._data)
-        self._options.disableflags &= ~NO_SENSORS
+        self._options.disableflags = self._sensing
 
     def forward(self) -> None:
         mujoco.mj_forward(self._model, self._data)
@@ -109,9 +110,9 @@ class OneSimulation(Simulations):
     def step_to_next_reading(self, tick: int, ends: Index) -> None:
         # Sensors are read once a reading, so that only the last step computes them.
         model, data, options = self._model, self._data, self._options
-        options.disableflags |= NO_SENSORS
+        options.disableflags = self._sensing | NO_SENSORS
         mujoco.mj_step(model, data, nstep=self.n_steps - 1)
-        options.disableflags &= ~NO_SENSORS
+        options.disableflags = self._sensing
         mujoco.mj_step(model, data)
 
     def exact_contacts(self) -> Touch | None:

@@ -1,6 +1,8 @@
 """Drivers of the 22 joints during a reach: a script, or the learned controller."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from operator import mul
 from typing import Protocol
 
 import numpy as np
@@ -9,6 +11,7 @@ from handsim.grasping.plan import GraspPlan, Schedule, ramp
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.movement.timing import Timing
+from handsim.reproducible import total_of
 from handsim.types import Array
 
 CORRECTION = 0.02
@@ -164,18 +167,29 @@ class LearnedDriver:
         self, time: float, dt: float, reference: Array, readings: Array
     ) -> tuple[Array, Array]:
         """Return the reference's posture with the lead for its velocity, (n, 22) [rad]."""
-        subspace = self.controller.subspace
+        subspace, n = self.controller.subspace, len(readings)
         z = self.drawn(reference, readings)
         velocity = self.timing.velocities(z, time)
-        # Stacks of vectors (n, 1, n_components): each is multiplied with the matrix by itself,
+        # A stack of vectors (2 n, 1, n_components): each is multiplied with the matrix by itself,
         # since a product of two matrices rounds otherwise.
-        lead = (velocity[:, None] @ subspace.components_)[:, 0] * self.lead
-        targets = clip_to_range(subspace.inverse_transform(z[:, None])[:, 0] + lead)
+        lifted = (np.concatenate([velocity, z])[:, None] @ subspace.components_)[:, 0]
+        targets = clip_to_range(lifted[n:] + subspace.mean_ + lifted[:n] * self.lead)
         return targets, z + dt * velocity
 
     def drawn(self, reference: Array, readings: Array) -> Array:
         """Return references (n, n_components) [rad], each drawn a little to its reading."""
+        if len(readings) == 1:  # the same bits, faster
+            deviation = (readings[0] - self.controller.subspace.mean_).tolist()
+            z = [total_of(list(map(mul, deviation, each))) for each in self._components]
+            before = reference[0].tolist()
+            return np.array(
+                [[at + CORRECTION * (to - at) for at, to in zip(before, z, strict=True)]]
+            )
         return reference + CORRECTION * (self.coordinates(readings) - reference)
+
+    @cached_property
+    def _components(self) -> list[list[float]]:
+        return self.controller.subspace.components_.tolist()
 
     @property
     def destination(self) -> Array:

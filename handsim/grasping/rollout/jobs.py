@@ -1,33 +1,26 @@
 """Runs that are to be made, and which of them are commanded together."""
 
 import math
-from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 
 import numpy as np
 
-from handsim.arm.arm_strength import leading_targets
-from handsim.grasping.gripping.grip import GripLayer, Ungripped, shares_of
+from handsim.grasping.gripping.grip import GripLayer, Rows, Ungripped, shares_of
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
 from handsim.grasping.rollout._stepping import COMMANDS, Simulations
 from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import Driver
-from handsim.grasping.rollout.forearm import WRIST_COLUMNS, Wrist
-from handsim.grasping.rollout.glove import RATE, DataGlove, Measured
+from handsim.grasping.rollout.forearm import WRIST_COLUMNS, CarryingArms, Wrist
+from handsim.grasping.rollout.glove import RATE, DataGlove, LateGloves
 from handsim.grasping.rollout.sensing import Sensors
-from handsim.hand.model import HandModel
 from handsim.joints import FINGERS, LOWER, UPPER
 from handsim.types import Array, Index
 
-FEELING = 0.25
-"""Time constant with which an arm that carries something is put where it was to be [s]: people see
-and feel that it sags, and lift more."""
-MOST_FELT = 0.3
-"""Most that targets are moved for it [rad]: half of what a joint's greatest torque asks for."""
-_FELT = 1.0 / (FEELING * RATE)
+_LOWER: list[float] = LOWER.tolist()
+_UPPER: list[float] = UPPER.tolist()
 
 
 @dataclass(frozen=True)
@@ -79,185 +72,137 @@ def command_key(job: Job) -> Hashable:
     return id(job.driver), job.glove, job.run_schedule, wrist, grasp
 
 
-@dataclass(frozen=True)
-class ArmCommands:
-    """What the arms of some runs are commanded.
-
-    Attributes
-    ----------
-    qpos, ctrl
-        Where the arms' joints and actuators are in MuJoCo's arrays.
-    path, arm, wrist : (n_readings, n_runs, 5), twice, and (n_readings, n_runs, 2) [rad]
-        Where arms are to be, targets that lead as compliant joints need it, and those of wrists.
-    """
-
-    qpos: slice | Index
-    ctrl: slice | Index
-    path: Array
-    arm: Array
-    wrist: Array
-
-    @classmethod
-    def of(cls, scene: Scene, commands: Sequence[Commands]) -> "ArmCommands | None":
-        """Return those of some runs; None where no arm carries the hand."""
-        if scene.arm is None:
-            return None
-        found = [each.reach for each in commands if each.reach is not None]
-        geometry = scene.arm.geometry
-        paths = [each.arm for each in found]
-        arms = [leading_targets(path, 1.0 / RATE, geometry) for path in paths]
-        made = (np.stack(each, axis=1) for each in (paths, arms, [each.wrist for each in found]))
-        return cls(_slice_of(scene.arm_qpos), _slice_of(scene.arm_ctrl), *made)
-
-
 @dataclass
 class Group:
     """Runs that are commanded together: they share driver, schedule, glove and wrist.
 
     Attributes
     ----------
-    driver, glove, wrist
+    driver, wrist
         What they share.
     commands
         Those of all the runs (`Commands.together`).
+    gloves
+        What they measure.
     grip
         Holds the forces of their fingers.
     last
         Row of the first reading after the reach, from which on the driver is not asked.
-    delay
-        Age of what is measured, in readings.
-    hand
-        Where the hand's joints and actuators are in MuJoCo's arrays.
     sensors
         What the sensors' values mean.
-    qpos, sensordata : (n_runs, nq), (n_runs, n_values)
-        Of the simulations, live views.
-    ctrl, mocap_pos, mocap_quat : (n_readings, n_runs, ...)
-        What the runs are commanded, written reading by reading. With an arm the latter two say
-        where the palm is to be.
-    reach
-        Angles of the arms; None without.
+    sensordata : (n_runs, n_values)
+        Of the simulations, a live view.
+    ctrl : (n_readings, n_runs, 22) [rad]
+        What the joints are commanded, written reading by reading.
+    mocap_pos, mocap_quat : (n_readings, n_runs, 3) [m], (n_readings, n_runs, 4)
+        Where forearms are to be, written likewise; with an arm, where palms are to be.
+    arms
+        None where no arm carries the hand.
     """
 
     driver: Driver
-    glove: DataGlove
     wrist: Wrist
     commands: Commands
+    gloves: LateGloves
     grip: GripLayer | Ungripped
     last: int
-    delay: int
-    hand: HandModel
     sensors: Sensors
-    qpos: Array
     sensordata: Array
     ctrl: Array
     mocap_pos: Array
     mocap_quat: Array
-    reach: "ArmCommands | None" = None
+    arms: CarryingArms | None = None
 
     def __post_init__(self) -> None:
         """Begin where the driver begins."""
-        self._reference = self.driver.start(len(self.qpos))
-        self._measured: deque[Measured] = deque(maxlen=self.delay + 1)
-        self._told: Array = np.empty(0)
-        self._sags: Array = np.zeros(1)
-        self._held: list[list[float]] = []
-        self._way: Array = np.empty(0)
-        self._target: Array = np.empty(0)
+        commands = self.commands
+        self._reference = self.driver.start(len(self.sensordata))
+        self._told, self._way, self._target = np.empty((3, 0))
         self._arrived = False
-        # Numbers are faster than arrays of one, and slices than indices that follow each other.
-        self._joints_ctrl = _slice_of(self.hand.ctrl_index)
-        gripped = isinstance(self.grip, GripLayer)
-        self._flexes = [gripped and any(row) for row in self.commands.flexion.tolist()]
-        self._closed: list[float] = self.commands.closed.tolist()
-        self._any_lost = [any(row) for row in self.commands.lost.tolist()]
-        if self.reach is not None:
-            self.ctrl[:, :, self.reach.ctrl] = self.reach.arm
-            self.mocap_pos[:] = self.commands.palm_pos
-            self.mocap_quat[:] = self.commands.palm_quat
+        self._carries: list[list[float]] = []
+        self._held = self._carries
+        # Numbers are faster than arrays of one.
+        flexes = np.asarray(commands.flexion.any(axis=1)) & isinstance(self.grip, GripLayer)
+        self._flexes: list[bool] = flexes.tolist()
+        self._closed: list[float] = commands.closed.tolist()
+        self._weights: list[float] = commands.weight.ravel().tolist()
+        if self.arms is not None:
+            self.mocap_pos[:] = commands.palm_pos
+            self.mocap_quat[:] = commands.palm_quat
 
     def measure(self, tick: int) -> None:
         """Read gloves and fingertips."""
-        if tick < len(self.commands.times):
-            self._measured.append(self._measure(tick))
+        if tick < len(self._closed):
+            told = self._told if tick and self.arms is not None else None
+            forces, self._carries = self.sensors.felt(self.sensordata)
+            self.gloves.measure(tick, told, forces)
 
     def seen(self) -> tuple[Array, Array, Array]:
         """Return where the driver means runs to be, what it reads, and what gloves do (n, 22)."""
-        now = self._measured[0]
-        return self._reference, self._reading(now), self.glove.reading(now.q, now.noise)
+        return self._reference, self.gloves.read_by_driver(), self.gloves.read()
 
     def command(self, tick: int) -> None:
         """Write the commands that follow from what was measured."""
-        commands = self.commands
-        if tick >= len(commands.times):
+        if tick >= len(self._closed):
             return
-        measured = self._measured[0]
-        told = self._tell(tick, measured)
+        commands, grip, arms = self.commands, self.grip, self.arms
+        told = self._tell(tick)
         acting = tick >= commands.action
         slip = load = None
         if acting and commands.lifted:
-            slip = self._slip(tick > commands.action)
-            load = (self.sensors.carried(self.sensordata) / commands.weight[tick]).tolist()
-        closed = self._closed[tick]
-        if self.grip.feel(measured.forces):
-            self.grip.touch(self._reading(measured))
-        q = self.grip.command(told, slip, load, closed, 1.0 / RATE, acting=acting)
+            slip, load = self._carrying(tick)
+        if grip.feel(self.gloves.forces):
+            grip.touch(self.gloves.read_by_driver())
+        targets = grip.command(told, slip, load, self._closed[tick], 1.0 / RATE, acting=acting)
         if self._flexes[tick]:
-            q = q + commands.flexion[tick]
-        q = np.minimum(np.maximum(q, LOWER), UPPER)
-        ctrl = self.ctrl[tick]
-        if self.reach is not None:
-            q[:, WRIST_COLUMNS] = self.reach.wrist[tick]
-            if slip is not None:
-                self._sags = self._sags + (self.reach.path[tick] - self.qpos[:, self.reach.qpos])
-                ctrl[:, self.reach.ctrl] += np.minimum(
-                    np.maximum(_FELT * self._sags, -MOST_FELT), MOST_FELT
-                )
-        ctrl[:, self._joints_ctrl] = q
+            targets = np.asarray(targets) + commands.flexion[tick]
+        self._write(tick, targets)
+        if slip is not None and arms is not None:
+            arms.lift(tick)
 
-    def _slip(self, known: bool) -> list[float]:
-        """Return how fast the objects move in the palms [m/s]; 0 where it is not known before."""
-        held = self.sensors.held(self.sensordata).tolist()
-        before, self._held = self._held if known else held, held
-        return [
-            RATE * math.sqrt((x - a) * (x - a) + (y - b) * (y - b) + (z - c) * (z - c))
-            for (x, y, z), (a, b, c) in zip(held, before, strict=True)
+    def _write(self, tick: int, targets: Rows) -> None:
+        """Command targets within the joints' ranges; the wrist's where an arm moves it."""
+        ctrl, arms = self.ctrl[tick], self.arms
+        if isinstance(targets, np.ndarray):
+            np.minimum(np.maximum(targets, LOWER), UPPER, out=ctrl)
+            if arms is not None:
+                ctrl[:, WRIST_COLUMNS] = arms.wrist[tick]
+            return
+        within = [
+            low if q < low else high if q > high else q
+            for q, low, high in zip(targets[0], _LOWER, _UPPER, strict=True)
         ]
+        if arms is not None:
+            within[WRIST_COLUMNS] = arms.wrist_of_first(tick)
+        ctrl[0] = within
 
-    def _measure(self, tick: int) -> Measured:
-        """Return what is measured now, without what is lost of it."""
-        commands, q = self.commands, self.qpos.take(self.hand.qpos_index, axis=1)
-        forces = self.sensors.finger_forces(self.sensordata)
-        measured = Measured(q, commands.disturbance[tick], None, forces)
-        if self.reach is not None:
-            # Until the driver has told something, the wrist is read as it is.
-            told = self._told if tick else self._reading(measured)
-            measured = measured._replace(wrist=told[:, WRIST_COLUMNS])
-        if self._any_lost[tick] and self._measured:
-            return measured.without(commands.lost[tick], self._measured[-1])
-        return measured
+    def _carrying(self, tick: int) -> tuple[list[float], list[float]]:
+        """Return how fast objects move in the palms [m/s], and loads beside those expected.
 
-    def _reading(self, measured: Measured) -> Array:
-        """Return what the gloves read, (n_runs, 22) [rad]."""
-        reading = self.glove.reading(measured.q, measured.noise)
-        if measured.wrist is not None:
-            reading[:, WRIST_COLUMNS] = measured.wrist
-        return reading
+        At the start of the action it is not known where they were before; they count as at rest.
+        """
+        now, first = self._carries, tick * len(self._carries)
+        before, self._held = self._held if tick > self.commands.action else now, now
+        slip = [
+            RATE * math.sqrt((x - a) * (x - a) + (y - b) * (y - b) + (z - c) * (z - c))
+            for (x, y, z, *_), (a, b, c, *_) in zip(now, before, strict=True)
+        ]
+        weights = self._weights[first : first + len(now)]
+        return slip, [each[-1] / weight for each, weight in zip(now, weights, strict=True)]
 
-    def _tell(self, tick: int, measured: Measured) -> Array:
+    def _tell(self, tick: int) -> Array:
         """Return where the hand is to go (n_runs, 22) [rad], and put the forearm there."""
         commands, driver = self.commands, self.driver
         if tick < self.last:
-            time = float(commands.times[tick])
-            reading = self._reading(measured)
+            time, reading = float(commands.times[tick]), self.gloves.read_by_driver()
             told, self._reference = driver.step(time, 1.0 / RATE, self._reference, reading)
             self._told = told if told.ndim > 1 else np.broadcast_to(told, reading.shape)
-            if self.reach is None:
+            if self.arms is None:
                 self._carry(tick, self._told)
             return self._told
         if tick == self.last:
             self._way = driver.destination - self._told
-            if self.reach is None:
+            if self.arms is None:
                 closed = commands.closed[tick:, None, None]
                 self._carry(slice(tick, None), self._told + closed * self._way)
         if not self._arrived:
@@ -272,10 +217,11 @@ class Group:
         )
 
 
-def _slice_of(index: Index) -> slice | Index:
-    """Return a slice where indices follow each other."""
-    first, n = int(index[0]), len(index)
-    return slice(first, first + n) if np.array_equal(index, first + np.arange(n)) else index
+def _columns(places: Index) -> slice:
+    """Return a slice for places that follow each other, with which arrays give views."""
+    first, n = int(places[0]), len(places)
+    assert np.array_equal(places, first + np.arange(n)), "joints are apart in MuJoCo's arrays"
+    return slice(first, first + n)
 
 
 def commands_of(jobs: Sequence[Job]) -> list[Commands]:
@@ -314,26 +260,46 @@ def groups_of(
     groups = []
     for _, members in groupby(range(len(jobs)), key=lambda i: command_key(jobs[i])):
         runs = list(members)
+        where = slice(runs[0], runs[-1] + 1)
         job, hand = jobs[runs[0]], jobs[runs[0]].scene.hand
         together = Commands.together([commands[i] for i in runs])
-        where = slice(runs[0], runs[-1] + 1)
+        n, qpos = len(together.times), simulations.qpos[where]
+        ctrl, *mocap = (samples[name][:n, where] for name in COMMANDS)
+        gloves = LateGloves(
+            job.glove,
+            together.disturbance,
+            together.lost,
+            round(job.scene.conditions.latency * RATE),
+            qpos,
+            samples["qpos"][:, where],
+            hand.qpos_index,
+        )
         group = Group(
             job.driver,
-            job.glove,
             Wrist(hand.model),
             together,
+            gloves,
             _grip_of([jobs[i] for i in runs], together.closing),
             int(np.searchsorted(together.times, job.driver.reach, side="right")),
-            round(job.scene.conditions.latency * RATE),
-            hand,
             simulations.sensors,
-            simulations.qpos[where],
             simulations.sensordata[where],
-            *(samples[name][: len(together.times), where] for name in COMMANDS),
-            reach=ArmCommands.of(job.scene, [commands[i] for i in runs]),
+            ctrl[:, :, _columns(hand.ctrl_index)],
+            *mocap,
+            arms=_arms_of(job.scene, [commands[i] for i in runs], qpos, ctrl),
         )
         groups.append(group)
     return groups
+
+
+def _arms_of(
+    scene: Scene, commands: Sequence[Commands], qpos: Array, ctrl: Array
+) -> CarryingArms | None:
+    """Return the arms that carry the hands of some runs; None where there are none."""
+    postures = [each.reach for each in commands if each.reach is not None]
+    if scene.arm is None:
+        return None
+    at, ctrl = qpos[:, _columns(scene.arm_qpos)], ctrl[:, :, _columns(scene.arm_ctrl)]
+    return CarryingArms(postures, 1.0 / RATE, scene.arm.geometry, at, ctrl)
 
 
 def _grip_of(jobs: Sequence[Job], closing: Array) -> GripLayer | Ungripped:

@@ -47,8 +47,9 @@ resets the simulation and goes on."""
 CHECKED_EVERY = 50
 """Number of readings between two checks for divergence: a check at every reading would cost 4 % of
 the steps."""
-
-_STATES = ("qpos", "qvel")
+KEPT = 800
+"""Readings of all runs together whose sensors are looked at together, which costs less than a few
+at a time, and some 5 MB."""
 
 
 @silent()
@@ -127,13 +128,14 @@ def diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> Mask:
 
 def has_diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> bool:
     """Return the same as `diverged` of one simulation, (nv,) and (n_kinds,); for loops."""
-    slow = qvel.min() >= -MAX_SPEED and qvel.max() <= MAX_SPEED  # neither, if one is no number
-    counts = warnings.tolist()
+    speeds, counts = qvel.tolist(), warnings.tolist()
+    # Of numbers of which one is none so is the sum, and seldom is it as great as one may be.
+    slow = sum(map(abs, speeds)) <= MAX_SPEED or all(abs(speed) <= MAX_SPEED for speed in speeds)
     return not slow or any(counts[kind] for kind in BAD_NUMBERS)
 
 
 class _Recent:
-    """What is kept since the last check, (CHECKED_EVERY, n_runs, ...).
+    """What has yet to become samples, (n_rows, n_runs, ...).
 
     Attributes
     ----------
@@ -141,15 +143,13 @@ class _Recent:
         Values of the sensors at each reading.
     exact_contacts
         How hand and object touch in a run by itself, by row, where sensors have too few slots.
-    speeds, warnings
-        MuJoCo's velocities and counts of warnings after the steps that follow each reading.
     """
 
-    def __init__(self, simulations: Simulations) -> None:
-        self.sensors = np.empty((CHECKED_EVERY, *simulations.sensordata.shape))
+    def __init__(self, simulations: Simulations, end: int) -> None:
+        shape = simulations.sensordata.shape
+        self.n_rows = min(max(KEPT // len(simulations.qpos), CHECKED_EVERY), end)
+        self.sensors = np.empty((self.n_rows, *shape))
         self.exact_contacts: dict[int, Touch] = {}
-        self.speeds = np.empty((CHECKED_EVERY, *simulations.qvel.shape))
-        self.warnings = np.empty((CHECKED_EVERY, *simulations.warnings.shape), dtype=np.int32)
 
 
 class Runs:
@@ -168,18 +168,18 @@ class Runs:
     samples
         What becomes the records, by name: (n_readings, n_runs, ...).
     recent
-        What has yet to be checked.
+        What has yet to become samples.
     """
 
     def __init__(self, jobs: Sequence[Job], device: Device = "cpu") -> None:
         self.jobs, n = jobs, len(jobs)
-        self.tick = self._unchecked = 0
+        self.tick = self._unchecked = self._unseen = 0
         self.simulations = simulations = simulations_of([job.scene for job in jobs], device)
         self.commands = commands_of(jobs)
         self.ends = np.array([len(commands.times) for commands in self.commands])
         self.end = int(self.ends.max())
         self.unstable, self.lost, self.uncounted = np.zeros((3, n), dtype=bool)
-        widths = {name: getattr(simulations, name).shape[1] for name in COMMANDS + _STATES}
+        widths = {name: getattr(simulations, name).shape[1] for name in (*COMMANDS, "qpos")}
         sensors = simulations.sensors
         widths |= {"contact_force": len(CONTACT_PARTS), "poses": sensors.n_poses}
         widths["pressed"] = sensors.n_pressed
@@ -188,11 +188,14 @@ class Runs:
         }
         self.samples |= {name: np.zeros((self.end, n)) for name in ("penetration", "table_force")}
         self.samples["press"] = np.zeros((self.end, n, len(CONTACT_PARTS), 3))
+        # Velocities after the last steps too, and how often MuJoCo has warned before each reading.
+        self._speeds = np.zeros((self.end + 1, *simulations.qvel.shape))
+        self._warned = np.zeros((self.end + 1, *simulations.warnings.shape), dtype=np.int32)
+        self.samples["qvel"], self._positions = self._speeds[:-1], self.samples["qpos"]
         self.groups = groups_of(jobs, self.commands, simulations, self.samples)
-        self.recent = _Recent(simulations)
+        self.recent = _Recent(simulations, self.end)
         samples = self.samples
         self._sent = [(samples[name], getattr(simulations, name)) for name in simulations.commanded]
-        self._kept = [(samples[name], getattr(simulations, name)) for name in _STATES]
         # Readings at which an object that has not risen is lost.
         self._due = np.zeros((self.end, n), dtype=bool)
         for i, (job, commands) in enumerate(zip(jobs, self.commands, strict=True)):
@@ -222,49 +225,55 @@ class Runs:
     def step(self) -> None:
         """Send what is commanded at this reading, and go on to the next."""
         tick, recent, simulations = self.tick, self.recent, self.simulations
-        row = tick - self._unchecked
+        row = tick - self._unseen
         for rows, values in self._sent:
             values[:] = rows[tick]
-        for rows, values in self._kept:
-            rows[tick] = values
-        recent.sensors[row] = simulations.sensordata
+        self._positions[tick], recent.sensors[row] = simulations.qpos, simulations.sensordata
         exact = simulations.exact_contacts()
         if exact is not None:
             recent.exact_contacts[row] = exact
         simulations.step_to_next_reading(tick, self.ends)
-        recent.speeds[row], recent.warnings[row] = simulations.qvel, simulations.warnings
-        self.tick = tick + 1
-        if row + 1 == CHECKED_EVERY or self.tick == self.end:
-            self.check(self._unchecked, self.tick)
-            self._unchecked = self.tick
+        self.tick = after = tick + 1
+        self._speeds[after], self._warned[after] = simulations.qvel, simulations.warnings
+        over = after == self.end
+        if over or after - self._unchecked == CHECKED_EVERY:
+            self.check(self._unchecked, after)
+            self._unchecked = after
+        if over or row + 1 == recent.n_rows:
+            self.look(self._unseen, after)
+            self._unseen = after
 
     def check(self, start: int, stop: int) -> None:
-        """Make samples of what was kept of some readings, and end runs that have diverged."""
-        samples, sensors, recent = self.samples, self.simulations.sensors, self.recent
-        rows, n = slice(start, stop), stop - start
-        touch, crowded = sensors.contacts(recent.sensors[:n])
-        for row, exact in recent.exact_contacts.items():  # of a run by itself
-            for values, value in zip(touch, exact, strict=True):
-                values[row, 0] = value
-            crowded[row, 0] = False
-        recent.exact_contacts.clear()
-        table_force, table_overlap = sensors.table(recent.sensors[:n])
-        samples["contact_force"][rows], samples["press"][rows] = touch.force, touch.press
-        samples["penetration"][rows] = np.maximum(touch.penetration, table_overlap)
-        samples["table_force"][rows] = table_force
-        samples["pressed"][rows] = sensors.pressed(recent.sensors[:n])
-        samples["poses"][rows] = recent.sensors[:n, :, : sensors.n_poses]
-        bad = diverged(recent.speeds[:n], recent.warnings[:n])
+        """End runs that have diverged after some readings."""
+        after = slice(start + 1, stop + 1)
+        bad = diverged(self._speeds[after], self._warned[after])
         if bad.any():
             bad &= self._not_ended(start, stop) & ~self.lost
             for i in np.flatnonzero(bad.any(axis=0)):
                 self.ends[i], self.unstable[i] = start + int(bad[:, i].argmax()) + 1, True
             self.end = int(self.ends.max())
-        if crowded.any():
-            self.uncounted |= (crowded & self._not_ended(start, stop)).any(axis=0)
         full = self.simulations.incomplete()
         if full is not None:
             self.uncounted |= full & (self.ends >= stop)
+
+    def look(self, start: int, stop: int) -> None:
+        """Make samples of what the sensors said at some readings."""
+        samples, sensors, recent = self.samples, self.simulations.sensors, self.recent
+        rows, values = slice(start, stop), recent.sensors[: stop - start]
+        touch, crowded = sensors.contacts(values)
+        for row, exact in recent.exact_contacts.items():  # of a run by itself
+            for each, value in zip(touch, exact, strict=True):
+                each[row, 0] = value
+            crowded[row, 0] = False
+        recent.exact_contacts.clear()
+        table_force, table_overlap = sensors.table(values)
+        samples["contact_force"][rows], samples["press"][rows] = touch.force, touch.press
+        samples["penetration"][rows] = np.maximum(touch.penetration, table_overlap)
+        samples["table_force"][rows] = table_force
+        samples["pressed"][rows] = sensors.pressed(values)
+        samples["poses"][rows] = values[:, :, : sensors.n_poses]
+        if crowded.any():
+            self.uncounted |= (crowded & self._not_ended(start, stop)).any(axis=0)
 
     def _not_ended(self, start: int, stop: int) -> Mask:
         """Whether readings (stop - start, n_runs) are of the runs: not after their ends."""
@@ -285,6 +294,9 @@ class Runs:
         if self._unchecked < self.tick:
             self.check(self._unchecked, self.tick)
             self._unchecked = self.tick
+        if self._unseen < self.tick:
+            self.look(self._unseen, self.tick)
+            self._unseen = self.tick
         return [None if self.uncounted[i] else self._record(i) for i in range(len(self.jobs))]
 
     def _record(self, i: int) -> Rollout:

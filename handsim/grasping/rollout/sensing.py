@@ -174,13 +174,10 @@ class Sensors:
         self._slots = slice(self.n_poses, int(starts[held] - starts[0]))
         self._held = slice(self._slots.stop, self._slots.stop + 3)
         self._carried = self._held.stop + 2
-        self._finger_pushes = np.array(
-            [
-                self._slots.start + (sensor * SLOTS + slot) * _WIDTH + _PUSH
-                for sensor in self._fingers
-                for slot in range(SLOTS)
-            ]
-        )
+        places = self._slots.start + SLOTS * _WIDTH * np.array(self._fingers)
+        pushes = places + _PUSH
+        self._felt = np.r_[places, pushes, pushes + _WIDTH, self._held.start : self._carried + 1]
+        self._pushes = [slice(first, first + SLOTS * _WIDTH, _WIDTH) for first in pushes.tolist()]
         self._table_force, self._table_overlap = self._carried + 3, self._carried + 4
         numbers = [name.split("_")[1] for name in names[table + 2 :]]
         self._pressed = [
@@ -207,28 +204,26 @@ class Sensors:
         return values[..., self._slots][..., :: SLOTS * _WIDTH]
 
     def contacts(self, values: Array) -> tuple[Touch, Mask]:
-        """Return how hand and object touch, and whether a sensor had too few slots, (...,).
-
-        Parameters
-        ----------
-        values : (..., n_values)
-        """
-        shape = values.shape[:-1]
-        rows = values.reshape(-1, values.shape[-1])
-        slots = rows[:, self._slots].reshape(len(rows), len(self._parts), SLOTS, _WIDTH)
-        pushes = slots[:, :, :, _PUSH]
-        vectors = pushes[..., None] * slots[:, :, :, _DIRECTION]
-        by_sensor, as_vector = pushes[:, :, 0].copy(), vectors[:, :, 0].copy()
-        for i in range(1, SLOTS):  # in the order of the contacts, as a sum over them would be
-            by_sensor += pushes[:, :, i]
-            as_vector += vectors[:, :, i]
-        force = np.zeros((len(rows), len(CONTACT_PARTS)))
+        """Return how hand and object touch, and whether a sensor had too few slots, (...,)."""
+        shape, rows = values.shape[:-1], values.reshape(-1, values.shape[-1])
+        n, found = len(rows), self.n_contacts(rows)
+        force, depth = np.zeros((n, len(CONTACT_PARTS))), np.zeros(n)
         press = np.zeros((*force.shape, 3))
-        for i, part in enumerate(self._parts):
-            force[:, part] += by_sensor[:, i]
-            press[:, part] += as_vector[:, i]
-        depth = np.maximum(0.0, -slots[:, :, :, _DISTANCE].min(axis=(1, 2)))
-        crowded = self.n_contacts(rows).max(axis=1) > SLOTS
+        for sensor, most in enumerate(found.max(axis=0).tolist()):
+            if not most:  # slots of contacts that there are not are 0
+                continue
+            first, part = self._slots.start + sensor * SLOTS * _WIDTH, self._parts[sensor]
+            end = first + int(min(SLOTS, most)) * _WIDTH
+            slots = rows[:, first:end].reshape(n, -1, _WIDTH)
+            vectors = slots[:, :, _PUSH, None] * slots[:, :, _DIRECTION]
+            pushed, pressed = slots[:, 0, _PUSH].copy(), vectors[:, 0]
+            for slot in range(1, slots.shape[1]):  # in the order of the contacts
+                pushed += slots[:, slot, _PUSH]
+                pressed += vectors[:, slot]
+            force[:, part] += pushed
+            press[:, part] += pressed
+            depth = np.maximum(depth, -slots[:, :, _DISTANCE].min(axis=1))
+        crowded = found.max(axis=1) > SLOTS
         touch = Touch(force.reshape(*shape, -1), press.reshape(*shape, -1, 3), depth.reshape(shape))
         return touch, crowded.reshape(shape)
 
@@ -256,16 +251,24 @@ class Sensors:
                 pressed[2] += push * z
         return force, press
 
+    def felt(self, values: Array) -> tuple[list[list[float]], list[list[float]]]:
+        """Return `finger_forces` (n, 5), and `held`, two other numbers and `carried` (n, 6)."""
+        n, rows = len(FINGERS), values.take(self._felt, axis=1).tolist()
+        forces = [
+            [
+                # Seldom more than two; slots of contacts that there are not are 0.
+                first + second if found <= 2.0 else _in_pairs(*values[i, place].tolist())
+                for found, first, second, place in zip(
+                    row[:n], row[n : 2 * n], row[2 * n : 3 * n], self._pushes, strict=True
+                )
+            ]
+            for i, row in enumerate(rows)
+        ]
+        return forces, [row[3 * n :] for row in rows]
+
     def finger_forces(self, values: Array) -> list[list[float]]:
         """Return the normal forces of the fingers on the object (n, 5) [N]; for loops."""
-        return [
-            # In pairs: the same order, and the same bits, however many simulations there are.
-            [
-                ((a + b) + (c + d)) + ((e + f) + (g + h))
-                for a, b, c, d, e, f, g, h in zip(*[iter(pushes)] * SLOTS, strict=True)
-            ]
-            for pushes in values.take(self._finger_pushes, axis=1).tolist()
-        ]
+        return self.felt(values)[0]
 
     def held(self, values: Array) -> Array:
         """Return where the object's centre of mass is in the palm's frame (n, 3) [m]."""
@@ -288,6 +291,12 @@ class Sensors:
                 force = np.sqrt((values[..., end - 3 : end] ** 2).sum(axis=-1))
                 forces[..., i] = np.maximum(forces[..., i], force)
         return forces
+
+
+def _in_pairs(*numbers: float) -> float:
+    """Return a sum of eight in one order: the same bits, however many simulations there are."""
+    a, b, c, d, e, f, g, h = numbers
+    return ((a + b) + (c + d)) + ((e + f) + (g + h))
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData) -> Touch:

@@ -57,13 +57,14 @@ class Curve:
         four, u = self._around(np.clip(s, 0.0, 1.0))
         return _weighted(four, _slope_weights(u)) * (0.5 * self.n_cells)
 
-    def jet(self, s: float) -> tuple[Array, Array]:
+    def jet(self, s: float) -> tuple[list[float], list[float]]:
         """Return point and derivative (n,) at one parameter from 0 to 1; for loops."""
-        return _jet(self._rows, self.n_cells, s)
+        jets = [_jet(column, self.n_cells, s) for column in self._columns]
+        return [value for value, _ in jets], [slope for _, slope in jets]
 
     @cached_property
-    def _rows(self) -> list[Array]:
-        return list(self._padded)
+    def _columns(self) -> list[list[float]]:
+        return self._padded.T.tolist()
 
     @cached_property
     def _numbers(self) -> list[float]:

@@ -25,8 +25,10 @@ phi = 1, and gamma_d is bounded on them), hence every start in the workspace arr
 progress it begins. `GuidedField.leading` makes the workspace wide enough for that; `proven` checks.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import sqrt
 
 import numpy as np
 
@@ -35,7 +37,7 @@ from handsim.navigation.bspline import TensorBasis, TensorBSpline
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import arc_length
-from handsim.reproducible import dots, units
+from handsim.reproducible import dots, total_of, units
 from handsim.types import Array
 
 _STEP = np.deg2rad(4.0)  # the flow is straight but in the closing layer
@@ -102,6 +104,11 @@ class GuidedField:
     @cached_property
     def _inner(self) -> tuple[Array, Array]:
         return self.obstacle.inner
+
+    @cached_property
+    def _inner_numbers(self) -> tuple[list[float], list[float]]:
+        low, high = self._inner
+        return low.tolist(), high.tolist()
 
     @property
     def proven(self) -> bool:
@@ -179,9 +186,15 @@ class GuidedField:
             (ds/dt) / (1 - s), limited as fits a loop with delays: `pull` times so fast a deviation
             from the guide is made up.
         """
-        point, slope = self.guide.jet(progress)
-        left, y = max(1.0 - progress, _LEAST_LEFT), z - point
+        jet, left = self.guide.jet(progress), max(1.0 - progress, _LEAST_LEFT)
         forward = left * self.length
+        if len(z) == 1:
+            back = self._back(z[0].tolist(), jet[0], forward)
+            if back is not None:
+                share = closing * left
+                return np.array([[rate * a + share * b for a, b in zip(jet[1], back, strict=True)]])
+        point, slope = np.array(jet)
+        y = z - point
         if self._free(z):  # the flow in closed form
             speed = np.sqrt(self.pull * self.pull * dots(y, y) + forward * forward)
             rising = np.maximum(forward, _LEAST_LEFT * speed)
@@ -191,3 +204,18 @@ class GuidedField:
             flow = self._flow(e, z, np.full(len(z), progress))
             back = self.length * flow[:, :-1] / np.maximum(flow[:, -1:], _LEAST_LEFT)
         return rate * slope + closing * left * back
+
+    def _back(
+        self, z: Sequence[float], point: Sequence[float], forward: float
+    ) -> list[float] | None:
+        """Return the way back to the guide of one posture (n,), as `velocity` has it; for loops.
+
+        None near a wall.
+        """
+        low, high = self._inner_numbers
+        if not all(a < x < b for a, x, b in zip(low, z, high, strict=True)):
+            return None
+        y = [x - at for x, at in zip(z, point, strict=True)]
+        speed = sqrt(self.pull * self.pull * total_of([a * a for a in y]) + forward * forward)
+        factor = -self.length * self.pull / max(forward, _LEAST_LEFT * speed)
+        return [factor * a for a in y]

@@ -54,7 +54,8 @@ def given(
     felt = [None if v is None else np.broadcast_to(v, (n,)).tolist() for v in (slip, load)]
     if each.feel(forces.tolist()):
         each.touch(np.broadcast_to(q, (n, 22)))
-    return each.command(np.broadcast_to(told, (n, 22)), *felt, closed, DT, acting=acting)
+    told = np.broadcast_to(told, (n, 22))
+    return np.array(each.command(told, *felt, closed, DT, acting=acting))
 
 
 def pressing(each: GripLayer, n: int, fingers=(0, 1, 2), stiffness=1.0, **values) -> np.ndarray:
@@ -269,6 +270,19 @@ def test_the_load_and_the_sliding_of_each_run_are_its_own():
         given(each, PER_RADIAN * each.press, closed=1.0, slip=0.0, load=1.0, acting=True)
     forces = PER_RADIAN * each.press[:, INDEX]
     np.testing.assert_allclose(forces, [2.0, 3.0, 4.0], rtol=0.02)
+
+
+def test_what_touches_nothing_does_not_tighten_though_others_hold():
+    """What slides past an open hand, or rests on its palm, is not gripped yet."""
+    together, alone = layer((4.0, 4.0)), layer()
+    for tick in range(60):
+        forces = np.array([[2.0] * 5, [2.0 if tick > 20 else 0.0] * 5])
+        felt, open_ = {"closed": 1.0, "acting": True}, tick < 20
+        slip, load = (0.05, 2.0) if open_ else (0.0, 1.0)
+        both = given(together, forces, slip=slip, load=load, **felt)
+        one = given(alone, forces[1], slip=0.0, load=1.0, **felt)
+        np.testing.assert_array_equal(both[1], one[0])
+    assert together._runs[0]._tighter > 1.5
 
 
 def test_in_the_action_the_thumb_supports_what_fingers_press():

@@ -15,7 +15,7 @@ def commanded(each: GripLayer, told: np.ndarray, forces: np.ndarray, q: np.ndarr
     if each.feel(forces.tolist()):
         each.touch(q)
     felt = ([0.04] * len(told), [1.3] * len(told)) if tick >= 10 else (None, None)
-    return each.command(told, *felt, min(tick / 8, 1.0), DT, acting=tick >= 10)
+    return np.array(each.command(told, *felt, min(tick / 8, 1.0), DT, acting=tick >= 10))
 
 
 def test_the_same_array_again_gives_the_bits_of_a_copy():

@@ -13,7 +13,7 @@ from handsim.grasping.conditions import Conditions, perturb
 from handsim.grasping.planning import plan_key
 from handsim.grasping.planning.plan_key import PlanKey, key_for, key_of
 from handsim.grasping.planning.plan_store import plan_store
-from handsim.grasping.rollout import drivers, jobs
+from handsim.grasping.rollout import drivers, forearm
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.glove import DataGlove
 from handsim.hand import mjcf as hand_model
@@ -157,7 +157,7 @@ def test_another_physics_is_told(usual, monkeypatch, module, name, value, parts)
 
 
 def test_gains_of_the_loop_are_of_the_fingers_and_the_arm():
-    assert plan_key._LOOP == (drivers.CORRECTION, jobs.FEELING, jobs.MOST_FELT)
+    assert plan_key._LOOP == (drivers.CORRECTION, forearm.FEELING, forearm.MOST_FELT)
 
 
 def test_what_carries_the_hand_is_told(usual, free, monkeypatch):

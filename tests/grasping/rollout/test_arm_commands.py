@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handsim.arm.arm_strength import leading_targets
-from handsim.grasping.rollout import jobs
+from handsim.grasping.rollout import forearm, jobs
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 
 from .short_runs import TASK, made_with
@@ -44,8 +44,8 @@ def corrected(made) -> np.ndarray:
 
 def test_an_arm_is_lifted_no_farther_than_it_may_be(monkeypatch):
     """By 0.3 rad, either way; here by less, since nothing sags so far."""
-    assert jobs.MOST_FELT == 0.3
-    monkeypatch.setattr(jobs, "MOST_FELT", 0.002)
+    assert forearm.MOST_FELT == 0.3
+    monkeypatch.setattr(forearm, "MOST_FELT", 0.002)
     moved = corrected(made_with(seed=6, shake=3.0))
     assert moved.max() == pytest.approx(0.002)
     assert moved.min() == pytest.approx(-0.002)

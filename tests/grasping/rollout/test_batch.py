@@ -136,9 +136,14 @@ def test_commands_stay_within_the_ranges_together_as_alone(hand):
     jobs = [scripted("cube-raise", hand, 0.2, seed=seed) for seed in range(2)]
     high = np.array([0.0, 0.0, 0.3])
     jobs = [
-        replace(job, plan=replace(job.plan, squeeze=8.0, palm=job.plan.palm.moved(high)))
+        replace(
+            job,
+            driver=jobs[0].driver,  # so that they are commanded together
+            plan=replace(job.plan, squeeze=8.0, palm=job.plan.palm.moved(high)),
+        )
         for job in jobs
     ]
+    assert command_key(jobs[0]) == command_key(jobs[1])
     for run, job in zip(simulate_batch(jobs, n_threads=1), jobs, strict=True):
         ctrl = run.ctrl[:, job.scene.hand.ctrl_index]
         assert (ctrl <= UPPER).all()

@@ -9,7 +9,7 @@ import pytest
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning.demonstrator import demonstrate
-from handsim.grasping.rollout import jobs
+from handsim.grasping.rollout import forearm, jobs
 from handsim.tasks.table_one import task_by_name
 
 TASK = task_by_name("cup-side-move")
@@ -28,22 +28,21 @@ def carried(mass: float, corrected: bool = True) -> SimpleNamespace:
         tighter.append(self._runs[0]._tighter)
         return targets
 
-    def place(self, values):
-        held.append(sense(self, values)[0])
-        return held[-1][None]
+    def sense(self, values):
+        forces, carrying = feel(self, values)
+        held.append(carrying[0][:3])
+        pushed.append(carrying[0][-1])
+        assert held[-1] == self.held(values)[0].tolist()
+        assert pushed[-1] == self.carried(values)[0]
+        return forces, carrying
 
-    def push(self, values):
-        pushed.append(float(feel(self, values)[0]))
-        return np.array(pushed[-1:])
-
-    usual, sense, feel = jobs.GripLayer.command, jobs.Sensors.held, jobs.Sensors.carried
+    usual, feel = jobs.GripLayer.command, jobs.Sensors.felt
     tighter, held, pushed = [], [], []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(jobs.GripLayer, "command", command)
-        patch.setattr(jobs.Sensors, "held", place)
-        patch.setattr(jobs.Sensors, "carried", push)
+        patch.setattr(jobs.Sensors, "felt", sense)
         if not corrected:
-            patch.setattr(jobs, "_FELT", 0.0)
+            patch.setattr(forearm, "FEELING", np.inf)
         run = demonstrate(TASK, Conditions(mass_scale=mass))
     action = next(i for i, (slip, _) in enumerate(told) if slip is not None)
     slip, load = np.array(told[action:]).T
@@ -51,8 +50,8 @@ def carried(mass: float, corrected: bool = True) -> SimpleNamespace:
         run=run,
         before=told[:action],
         action=action,
-        held=np.array(held),
-        pushed=np.array(pushed),
+        held=np.array(held[action:]),
+        pushed=np.array(pushed[action:]),
         slip=slip,
         load=load,
         tighter=tighter,

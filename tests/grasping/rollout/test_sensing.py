@@ -267,6 +267,7 @@ def test_what_is_above_the_table_does_not_overlap_with_it(click):
 def test_forces_of_fingers_are_the_same_bits_for_one_simulation_and_for_many(touching):
     sensors = Sensors(touching.hand.model)
     many = np.random.default_rng(0).uniform(0.0, 9.0, (40, sensed(touching).shape[1]))
+    assert (many[:, sensors._felt[: len(FINGERS)]] > 2.0).mean() > 0.5  # of the contacts found
     alone = [sensors.finger_forces(row[None])[0] for row in many]
     np.testing.assert_array_equal(sensors.finger_forces(many), alone)
 
@@ -274,7 +275,8 @@ def test_forces_of_fingers_are_the_same_bits_for_one_simulation_and_for_many(tou
 def test_forces_of_a_finger_are_added_in_pairs(touching):
     """Of 1e16 and ones: added one by one the ones would be lost."""
     sensors = Sensors(touching.hand.model)
-    slots = sensors._finger_pushes.reshape(len(FINGERS), SLOTS)
+    slots = np.array([np.r_[place] for place in sensors._pushes])
+    assert slots.shape == (len(FINGERS), SLOTS)
     assert SLOTS == 8
     generator, apart = np.random.default_rng(1), 0
     for _ in range(20):
@@ -282,6 +284,7 @@ def test_forces_of_a_finger_are_added_in_pairs(touching):
         pushes = 10.0 ** generator.uniform(-3, 3, (2, len(FINGERS), SLOTS))
         pushes[1, 0] = 1e16, *[1.0] * 7
         values[:, slots] = pushes
+        values[:, slots[:, 0] - 1] = SLOTS  # contacts found
         a, b, c, d, e, f, g, h = np.moveaxis(pushes, 2, 0)
         expected = ((a + b) + (c + d)) + ((e + f) + (g + h))
         found = sensors.finger_forces(values)

@@ -132,3 +132,20 @@ def test_velocities_near_a_wall_are_of_the_flow_too() -> None:
         wanted = 0.4 * field.guide.slope(np.array([s])) + 0.8 * (1 - s) * back
         np.testing.assert_allclose(field.velocity(z, s, 0.4, 0.8), wanted, rtol=1e-9, atol=1e-12)
     assert (field.obstacle.closure(beside)[1][0] != 0).any() and (beside > low).all()
+
+
+def test_velocities_of_one_posture_are_those_of_many_to_the_bit() -> None:
+    """On the guide, beside it and by a wall."""
+    field, rng = led(winding(4)), np.random.default_rng(0)
+    low, high = field.obstacle.lower, field.obstacle.upper
+    free = 0
+    for s in (0.0, 0.3, 0.97, 1.0):
+        for _ in range(20):
+            z = low + (high - low) * rng.uniform(0.0, 1.0, (2, 3))
+            free += all(field._free(row[None]) for row in z)
+            together = field.velocity(z, s, 0.4, 0.8)
+            if not all(field._free(row[None]) == field._free(z) for row in z):
+                continue  # near a wall all of them are computed by the flow
+            for row, expected in zip(z, together, strict=True):
+                np.testing.assert_array_equal(field.velocity(row[None], s, 0.4, 0.8)[0], expected)
+    assert 5 < free < 75
