@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from handsim.grasping.planning.grasper import Grasper
     from handsim.grasping.robots.robot_grasper import RobotGrasper
     from handsim.retargeting.robot_hand import RobotHand
+    from handsim.types import Base
 
 app = typer.Typer()
 
@@ -111,9 +112,34 @@ def robot_that_grasps(
     for reason in (reason for reason, asked in refused.items() if asked):
         raise InputError(f"{reason}, --hand names a robot's; drop one of the two")
     robot = RobotHand(file)
-    for line in (*robot.notes, "the hand flies: a free base moves it with a force no arm has"):
+    for line in robot.notes:
         note(line)
     return robot
+
+
+def base_for(asked: "Base | None", hand: Path | None) -> "Base":
+    """Return what carries the hand, a person's or a robot's."""
+    from handsim.errors import InputError
+
+    base = asked or ("arm" if hand is None else "free")
+    if base == "arm" and hand is not None:
+        raise InputError("--base arm is a person's, --hand names a robot's; give free or mounted")
+    if base == "mounted" and hand is None:
+        raise InputError("--base mounted carries robot hands alone; name one by --hand")
+    return base
+
+
+def say_base(base: "Base") -> None:
+    """Say what it means that a hand is on another base than an arm."""
+    if base == "free":
+        note("the hand flies: a free base moves it with a force that no arm has")
+    if base == "mounted":
+        from handsim.grasping.robots.robot_mount import MOST_FORCE, MOST_TORQUE, PAYLOAD
+
+        note(
+            f"the hand is mounted as on an arm for {PAYLOAD:g} kg: at most {MOST_FORCE:g} N and "
+            f"{MOST_TORQUE:g} N m carry it"
+        )
 
 
 def person_beside(robot: "RobotHand", conditions: "Conditions") -> "Conditions":

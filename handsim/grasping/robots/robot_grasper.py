@@ -23,7 +23,7 @@ from handsim.objects.object import GraspObject
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.tasks.task import Task
-from handsim.types import MEDIAN_HAND
+from handsim.types import MEDIAN_HAND, Base
 
 OPENING_SCALE = 1.0
 """Openings keep the width of the objects, whatever the size of the robot."""
@@ -31,10 +31,10 @@ OPENING_SCALE = 1.0
 
 @dataclass(frozen=True)
 class RobotGrasper:
-    """Grasps with a robot hand that follows a controller, on a free base.
+    """Grasps with a robot hand that follows a controller, on a free or a mounted base.
 
     A plan is that of a person's hand, varied until the robot that follows it holds. It is stored
-    and used again for the same controller, hand, task, object and physics.
+    and used again for the same controller, hand, base, task, object and physics.
 
     Attributes
     ----------
@@ -69,49 +69,66 @@ class RobotGrasper:
             self.people.controller, Retargeter(self.robot, opening_scale=OPENING_SCALE)
         )
 
-    @property
-    def usual(self) -> Conditions:
-        """The conditions that are planned for."""
-        return self.conditions_of(Conditions())
+    def usual(self, base: Base = "free") -> Conditions:
+        """Return the conditions that are planned for."""
+        return self.conditions_of(Conditions(base=base))
 
     def conditions_of(self, conditions: Conditions) -> Conditions:
-        """Return conditions with the base and the side of the robot."""
+        """Return conditions with the side of the robot, and a free base where none is mounted."""
         size = replace(MEDIAN_HAND, side=self.robot.side)
-        return replace(conditions, base="free", hand=size)
+        base = "mounted" if conditions.base == "mounted" else "free"
+        return replace(conditions, base=base, hand=size)
 
     def __call__(self, task: Task, conditions: Conditions) -> Rollout:
         """Grasp ``task``; a plan that is missing is made first, for nominal conditions."""
-        scene = RobotScene.build(task, self.conditions_of(conditions), self.robot)
-        return self.grasps.run(scene, self.plan_for(task))
+        of_robot = self.conditions_of(conditions)
+        scene = RobotScene.build(task, of_robot, self.robot)
+        return self.grasps.run(scene, self.plan_for(task, of_robot.base))
 
-    def plan_for(self, task: Task) -> GraspPlan:
+    def plan_for(self, task: Task, base: Base = "free") -> GraspPlan:
         """Return the stored plan of a task, or search and store it."""
-        key = _usual_key(task, task.object, self.usual, self.robot)
-        store = self._store(key)
-        stored = self.made.get(task.name)
-        if stored is None and store is not None:
-            stored = store.entries().get(task.name)
-        if stored is not None and stored.key == key:
+        key = self._key(task, base)
+        stored = self._stored(task, key)
+        if stored is not None:
             return stored.plan
         if self.note is not None:
             self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
-        starts = self._starts(task)
+        starts = self._starts(task, base)
         with self.people.planning(f"planning {task.name}") as progress:
-            plan, run = plan_robot_grasp(self.grasps, task, self.usual, starts, progress=progress)
+            plan, run = plan_robot_grasp(
+                self.grasps, task, self.usual(base), starts, progress=progress
+            )
         self.made[task.name] = made = StoredPlan(plan, run.outcome.success, key)
+        store = self._store(key)
         if store is not None:
             store.keep(task.name, made, self.note)
         return plan
 
-    def _starts(self, task: Task) -> list[GraspPlan]:
-        """Return plans with which a search begins: by what a person's hand is told, and does."""
-        of_person = replace(self.usual, base="arm")
+    def _stored(self, task: Task, key: PlanKey) -> StoredPlan | None:
+        """Return the plan that was made for this key, if there is one."""
+        stored, store = self.made.get(task.name), self._store(key)
+        if (stored is None or stored.key != key) and store is not None:
+            stored = store.entries().get(task.name)
+        return stored if stored is not None and stored.key == key else None
+
+    def _starts(self, task: Task, base: Base) -> list[GraspPlan]:
+        """Return plans with which a search begins: by what a person's hand is told, and does.
+
+        On a mount the robot's plan for a free base comes first, where there is one.
+        """
+        of_person = replace(self.usual(), base="arm")
         person = Scene.build(task, of_person)
         told = self.people.plan_for(task, person)
         done = replace(told, palm=palm_at_grasp(self.people(task, of_person)))
-        scene = RobotScene.build(task, self.usual, self.robot)
+        scene = RobotScene.build(task, self.usual(base), self.robot)
         clear = [clear_of_table(self.grasps.retargeter, scene, plan) for plan in (told, done)]
-        return [replace(plan, arrive=arrive) for plan in clear for arrive in ARRIVALS]
+        starts = [replace(plan, arrive=arrive) for plan in clear for arrive in ARRIVALS]
+        free = self._stored(task, self._key(task, "free")) if base == "mounted" else None
+        return starts if free is None else [free.plan, *starts]
+
+    def _key(self, task: Task, base: Base) -> PlanKey:
+        """Return the key of plans for a task on a base."""
+        return _usual_key(task, task.object, self.usual(base), self.robot)
 
     def _store(self, key: PlanKey) -> PlanStore | None:
         """Return the store of this hand's plans."""

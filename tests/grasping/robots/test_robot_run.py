@@ -189,6 +189,30 @@ def test_a_plan_is_searched_once_and_kept_for_this_hand_alone(
     assert len(list(grasper.folder.iterdir())) == 2
 
 
+def test_on_a_mount_a_search_begins_with_the_plan_for_a_free_base(grasper, monkeypatch, plan):
+    begun = []
+
+    def search(grasps, task, conditions, starts, *, progress):
+        begun.append((conditions.base, starts))
+        found = replace(starts[0], grip=starts[0].grip + 0.5)
+        scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
+        return found, grasps.run(scene, found)
+
+    monkeypatch.setattr(module, "plan_robot_grasp", search)
+    unplanned = replace(grasper, folder=None, made={})
+    assert unplanned(TASK, Conditions(base="mounted")).conditions.base == "mounted"
+    free = grasper.plan_for(TASK)
+    mounted = grasper.plan_for(TASK, "mounted")
+    assert [base for base, _ in begun] == ["mounted", "free", "mounted"]
+    assert [len(starts) for _, starts in begun] == [4, 4, 5]
+    assert begun[2][1][0].grip == free.grip == plan.grip + 0.5
+    assert mounted.grip == plan.grip + 1.0
+    again = replace(grasper, made={})  # both are kept
+    assert again.plan_for(TASK).grip == free.grip
+    assert again.plan_for(TASK, "mounted").grip == mounted.grip
+    assert len(begun) == 3
+
+
 def test_a_plan_that_cannot_be_kept_is_used(grasper, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "plan_robot_grasp", lambda g, t, c, s, **_: (s[0], g.run(
         RobotScene.build(t, c, g.retargeter.robot), s[0])))  # fmt: skip
