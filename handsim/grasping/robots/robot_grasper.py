@@ -1,4 +1,4 @@
-"""A grasper that lets a robot hand follow a controller, and keeps its plans."""
+"""A grasper that lets a robot hand follow a controller or a script, and keeps its plans."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -13,11 +13,11 @@ from handsim.grasping.planning.plan_key import PlanKey, key_of
 from handsim.grasping.planning.plan_store import Note, PlanStore, StoredPlan, store_of
 from handsim.grasping.robots.robot_clearance import CLEARANCE, RISES
 from handsim.grasping.robots.robot_grip import GRIP_SETTINGS
+from handsim.grasping.robots.robot_lead import LearnedLead, ScriptedLead
 from handsim.grasping.robots.robot_movement import WIDER
 from handsim.grasping.robots.robot_planner import RobotGrasps, plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_start import ARRIVALS, clear_of_table, palm_at_grasp
-from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.record import Rollout
 from handsim.objects.object import GraspObject
 from handsim.retargeting.retarget import Retargeter
@@ -31,15 +31,15 @@ OPENING_SCALE = 1.0
 
 @dataclass(frozen=True)
 class RobotGrasper:
-    """Grasps with a robot hand that follows a controller, on a free or a mounted base.
+    """Grasps with a robot hand that follows a person's, on a free or a mounted base.
 
     A plan is that of a person's hand, varied until the robot that follows it holds. It is stored
-    and used again for the same controller, hand, base, task, object and physics.
+    and used again for the same lead, hand, base, task, object and physics.
 
     Attributes
     ----------
     people
-        Grasps with the controller and a person's hand: whence a first plan comes.
+        What the robot follows: a controller that grasps with a person's hand, or a script.
     robot
         The hand.
     folder
@@ -50,7 +50,7 @@ class RobotGrasper:
         Plans made by this grasper, by task.
     """
 
-    people: ControllerGrasper
+    people: ControllerGrasper | ScriptedLead
     robot: RobotHand
     folder: Path | None = None
     note: Note | None = None
@@ -65,8 +65,13 @@ class RobotGrasper:
     @cached_property
     def grasps(self) -> RobotGrasps:
         """Makes the runs."""
-        return RobotGrasps(
-            self.people.controller, Retargeter(self.robot, opening_scale=OPENING_SCALE)
+        return RobotGrasps(self.lead, Retargeter(self.robot, opening_scale=OPENING_SCALE))
+
+    @property
+    def lead(self) -> LearnedLead | ScriptedLead:
+        """What moves the person's hand."""
+        return (
+            LearnedLead(self.people) if isinstance(self.people, ControllerGrasper) else self.people
         )
 
     def usual(self, base: Base = "free") -> Conditions:
@@ -94,7 +99,7 @@ class RobotGrasper:
         if self.note is not None:
             self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
         starts = self._starts(task, base)
-        with self.people.planning(f"planning {task.name}") as progress:
+        with self.lead.planning(f"planning {task.name}") as progress:
             plan, run = plan_robot_grasp(
                 self.grasps, task, self.usual(base), starts, progress=progress
             )
@@ -117,9 +122,8 @@ class RobotGrasper:
         On a mount the robot's plan for a free base comes first, where there is one.
         """
         of_person = replace(self.usual(), base="arm")
-        person = Scene.build(task, of_person)
-        told = self.people.plan_for(task, person)
-        done = replace(told, palm=palm_at_grasp(self.people(task, of_person)))
+        told = self.lead.plan(task, of_person)
+        done = replace(told, palm=palm_at_grasp(self.lead.run(task, of_person)))
         scene = RobotScene.build(task, self.usual(base), self.robot)
         clear = [clear_of_table(self.grasps.retargeter, scene, plan) for plan in (told, done)]
         starts = [replace(plan, arrive=arrive) for plan in clear for arrive in ARRIVALS]
@@ -134,7 +138,7 @@ class RobotGrasper:
         """Return the store of this hand's plans."""
         if self.folder is None:
             return None
-        return store_of(self.folder, self.people.controller.digest, key.hand)
+        return store_of(self.folder, self.lead.digest, key.hand)
 
 
 @lru_cache(maxsize=256)

@@ -11,10 +11,10 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_store import shipped_plans
-from handsim.grasping.planning.planner import STEPS, destination_box
+from handsim.grasping.planning.planner import STEPS
 from handsim.grasping.robots import robot_grasper as module
 from handsim.grasping.robots.robot_grasper import RobotGrasper, key_of_robot
-from handsim.grasping.robots.robot_planner import plan_robot_grasp, varied
+from handsim.grasping.robots.robot_planner import plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout_file import read_rollout, write_rollout
 from handsim.retargeting.robot_hand import RobotHand
@@ -54,7 +54,7 @@ def test_it_squeezes_longer_than_a_person_by_the_lag_of_its_servos(grasps, scene
 
 
 def test_the_reading_is_the_person_whom_it_follows(held, grasps):
-    z = grasps.controller.subspace.transform(held.reading)
+    z = grasps.lead.controller.subspace.transform(held.reading)
     np.testing.assert_allclose(held.z, z)
     assert held.reading.shape == (len(held.time), 22)
 
@@ -134,13 +134,13 @@ def test_what_does_not_hold_is_searched_again_from_what_was_found(grasps, plan, 
     np.testing.assert_allclose(found.palm.pos, plan.palm.pos, atol=1e-9)
 
 
-def test_a_point_of_the_search_is_a_plan_in_its_steps(controller, plan):
-    box = destination_box(controller)
-    same = varied(controller, plan, np.zeros(12), box)
+def test_a_point_of_the_search_is_a_plan_in_its_steps(controller, plan, grasps):
+    assert grasps.lead.n_varied == 12
+    same = grasps.lead.varied(plan, np.zeros(12))
     np.testing.assert_allclose(same.goal_in(controller.subspace), plan.z_goal)
     point = np.zeros(12)
     point[[1, 3, 8, 9, 10, 11]] = [-1.0, 2.0, 1.0, 1.0, -0.5, 1.0]
-    other = varied(controller, plan, point, box)
+    other = grasps.lead.varied(plan, point)
     moved = other.z_goal - plan.z_goal
     np.testing.assert_allclose(moved, [0.0, -STEPS["z"], 0.0], atol=1e-12)
     np.testing.assert_allclose(
