@@ -93,9 +93,9 @@ class RobotGrasper:
     def plan_for(self, task: Task, base: Base = "free") -> GraspPlan:
         """Return the stored plan of a task, or search and store it."""
         key = self._key(task, base)
-        stored = self._stored(task, key)
-        if stored is not None:
-            return stored.plan
+        known = self._known(task, key)
+        if known is not None and known.key == key:
+            return known.plan
         if self.note is not None:
             self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
         starts = self._starts(task, base)
@@ -109,17 +109,18 @@ class RobotGrasper:
             store.keep(task.name, made, self.note)
         return plan
 
-    def _stored(self, task: Task, key: PlanKey) -> StoredPlan | None:
-        """Return the plan that was made for this key, if there is one."""
-        stored, store = self.made.get(task.name), self._store(key)
-        if (stored is None or stored.key != key) and store is not None:
-            stored = store.entries().get(task.name)
-        return stored if stored is not None and stored.key == key else None
+    def _known(self, task: Task, key: PlanKey) -> StoredPlan | None:
+        """Return the plan kept of a task for this hand and base, be it for other settings."""
+        made, store = self.made.get(task.name), self._store(key)
+        if made is not None and made.key is not None and made.key.hand == key.hand:
+            return made
+        return None if store is None else store.entries().get(task.name)
 
     def _starts(self, task: Task, base: Base) -> list[GraspPlan]:
         """Return plans with which a search begins: by what a person's hand is told, and does.
 
-        On a mount the robot's plan for a free base comes first, where there is one.
+        The plan kept for this hand comes first, if it is for other settings; then, on a mount, that
+        for a free base.
         """
         of_person = replace(self.usual(), base="arm")
         told = self.lead.plan(task, of_person)
@@ -127,8 +128,9 @@ class RobotGrasper:
         scene = RobotScene.build(task, self.usual(base), self.robot)
         clear = [clear_of_table(self.grasps.retargeter, scene, plan) for plan in (told, done)]
         starts = [replace(plan, arrive=arrive) for plan in clear for arrive in ARRIVALS]
-        free = self._stored(task, self._key(task, "free")) if base == "mounted" else None
-        return starts if free is None else [free.plan, *starts]
+        bases: tuple[Base, ...] = ("mounted", "free") if base == "mounted" else ("free",)
+        known = [self._known(task, self._key(task, each)) for each in bases]
+        return [*(each.plan for each in known if each is not None), *starts]
 
     def _key(self, task: Task, base: Base) -> PlanKey:
         """Return the key of plans for a task on a base."""
@@ -152,5 +154,5 @@ def _usual_key(
 def key_of_robot(scene: RobotScene) -> PlanKey:
     """Return the key of plans for a nominal scene with a robot hand."""
     key = key_of(scene)
-    settings = content_digest(key.physics, WIDER, OPENING_SCALE, GRIP_SETTINGS, CLEARANCE, RISES)
-    return replace(key, physics=settings)
+    settings = (WIDER, OPENING_SCALE, GRIP_SETTINGS, CLEARANCE, RISES, "even")  # steps of the base
+    return replace(key, physics=content_digest(key.physics, *settings))

@@ -12,11 +12,8 @@ from collections.abc import Iterator
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
 
 from handsim.errors import InputError
-from handsim.grasping.rollout.commands import Commands
-from handsim.physics import TIMESTEP
 
 PAYLOAD = 5.0
 """Heaviest hand [kg], by the UR5e's technical data."""
@@ -40,6 +37,8 @@ LAG = 2.0 * float(np.sqrt(MASS / STIFFNESS))
 """Ratio of damping to stiffness of the servos along the axes [s], critical for the arm itself."""
 TURN_LAG = 2.0 * float(np.sqrt(INERTIA / TURN_STIFFNESS))
 """The same about the axes [s]."""
+LAGS = np.repeat([LAG, TURN_LAG], 3)
+"""Controls that let the servos follow a velocity, relative to it (6,) [s]."""
 NAMES = ("mount_x", "mount_y", "mount_z", "mount_turn_x", "mount_turn_y", "mount_turn_z")
 """Of the servos."""
 
@@ -101,36 +100,3 @@ def _fixed_to(body: mujoco.MjsBody) -> Iterator[mujoco.MjsBody]:
         if not each.joints:
             yield each
             yield from _fixed_to(each)
-
-
-class MountPath:
-    """Where a mount is told to be at each step between readings: arms follow paths without steps.
-
-    Parameters
-    ----------
-    commands
-        With the path of the robot's palm, a pose at each reading.
-    steps
-        Of the simulation between two readings.
-
-    Attributes
-    ----------
-    pos, quat : (n, steps, 3) [m], (n, steps, 4)
-        For the end of each step, of n readings.
-    ahead : (n, steps, 6)
-        Controls of the servos with which these let the hand move as fast as the path does.
-    """
-
-    def __init__(self, commands: Commands, steps: int) -> None:
-        n = len(commands.times)
-        at = np.minimum(np.arange(n * steps + 1) / steps, n - 1)
-        turns = Slerp(np.arange(n), Rotation.from_quat(commands.palm_quat, scalar_first=True))(at)
-        rows = np.arange(n)
-        pos = np.stack([np.interp(at, rows, column) for column in commands.palm_pos.T], axis=1)
-        then = turns[1:]
-        velocity = then.inv().apply(np.diff(pos, axis=0)) / TIMESTEP
-        turning = (turns[:-1].inv() * then).as_rotvec() / TIMESTEP
-        ahead = np.hstack([LAG * velocity, TURN_LAG * turning])
-        self.pos = pos[1:].reshape(n, steps, 3)
-        self.quat = then.as_quat(scalar_first=True).reshape(n, steps, 4)
-        self.ahead = ahead.reshape(n, steps, 6)

@@ -12,8 +12,9 @@ import mujoco
 import numpy as np
 
 from handsim.grasping.plan import GraspPlan, Pose
+from handsim.grasping.robots.base_path import BasePath
 from handsim.grasping.robots.robot_grip import RobotGrip
-from handsim.grasping.robots.robot_mount import MountPath
+from handsim.grasping.robots.robot_mount import LAGS
 from handsim.grasping.robots.robot_movement import RobotMovement
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_servos import RobotServos
@@ -117,9 +118,8 @@ class _Run:
         latency = round(scene.conditions.latency * RATE)
         self._forces: deque[list[float]] = deque(maxlen=latency + 1)
         self._held = np.zeros(3)
-        self._steps = steps_per_reading(scene.model)
-        mounted = scene.conditions.base == "mounted"
-        self._path = MountPath(commands, self._steps) if mounted else None
+        self._path = BasePath.of(commands, steps_per_reading(scene.model))
+        self._ahead = (LAGS * self._path.velocity)[..., : len(scene.mount_ctrl)]
 
     def make(self, brief: bool) -> int:
         """Make the run and return how many readings it has."""
@@ -160,14 +160,12 @@ class _Run:
 
     def _advance(self, tick: int) -> None:
         """Simulate until the next reading."""
-        model, data, path = self._scene.model, self._scene.data, self._path
-        if path is None:
-            mujoco.mj_step(model, data, nstep=self._steps)
-            return
-        for pos, quat, ahead in zip(path.pos[tick], path.quat[tick], path.ahead[tick], strict=True):
+        data, path = self._scene.data, self._path
+        steps = zip(path.pos[tick], path.quat[tick], self._ahead[tick], strict=True)
+        for pos, quat, ahead in steps:
             data.mocap_pos[0], data.mocap_quat[0] = pos, quat
             data.ctrl[self._scene.mount_ctrl] = ahead
-            mujoco.mj_step(model, data)
+            mujoco.mj_step(self._scene.model, data)
 
     def _is_over(self, tick: int) -> bool:
         """Whether the object is lost, or was pushed far before the hand had closed."""

@@ -12,17 +12,18 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import Pose, Schedule
 from handsim.grasping.robots import robot_mount
+from handsim.grasping.robots.base_path import BasePath
 from handsim.grasping.robots.robot_grasper import key_of_robot
 from handsim.grasping.robots.robot_mount import (
     INERTIA,
     LAG,
+    LAGS,
     MASS,
     MOST_FORCE,
     MOST_TORQUE,
     STIFFNESS,
     TURN_LAG,
     TURN_STIFFNESS,
-    MountPath,
 )
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout.commands import Commands
@@ -110,13 +111,13 @@ def commands_along(velocity: np.ndarray, turning: np.ndarray, n: int = 60) -> Co
 )
 def test_it_follows_an_even_movement_without_lagging(mounted, velocity, turning) -> None:
     commands = commands_along(np.array(velocity), np.array(turning))
-    path, data = MountPath(commands, STEPS), mounted.data
+    path, data = BasePath.of(commands, STEPS), mounted.data
     mounted.pose(Pose(commands.palm_pos[0], commands.palm_quat[0]), mounted.robot.reference)
     off, turned = [], []
     for tick in range(len(commands.times) - 1):
-        for pos, quat, ahead in zip(path.pos[tick], path.quat[tick], path.ahead[tick], strict=True):
+        for pos, quat, v in zip(path.pos[tick], path.quat[tick], path.velocity[tick], strict=True):
             data.mocap_pos[0], data.mocap_quat[0] = pos, quat
-            data.ctrl[mounted.mount_ctrl] = ahead
+            data.ctrl[mounted.mount_ctrl] = LAGS * v
             mujoco.mj_step(mounted.model, data)
         there = Rotation.from_quat(data.body("forearm").xquat, scalar_first=True)
         wanted = Rotation.from_quat(commands.palm_quat[tick + 1], scalar_first=True)
@@ -130,13 +131,13 @@ def test_it_follows_an_even_movement_without_lagging(mounted, velocity, turning)
 
 def test_between_readings_it_is_told_every_step_and_at_the_end_to_stay() -> None:
     commands = commands_along(np.array([0.5, 0.0, 0.0]), np.zeros(3))
-    path = MountPath(commands, STEPS)
+    path = BasePath.of(commands, STEPS)
     assert path.pos.shape == (60, STEPS, 3) and path.quat.shape == (60, STEPS, 4)
     np.testing.assert_allclose(path.pos[:-1, -1], commands.palm_pos[1:], atol=1e-12)
     np.testing.assert_allclose(np.diff(path.pos[3, :, 0]), 0.5 * TIMESTEP, atol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(path.ahead[:-1, :, :3], axis=2), 0.5 * LAG)
+    np.testing.assert_allclose(np.linalg.norm(path.velocity[:-1, :, :3], axis=2), 0.5)
     np.testing.assert_allclose(path.pos[-1], np.tile(commands.palm_pos[-1], (STEPS, 1)))
-    np.testing.assert_allclose(path.ahead[-1], 0.0, atol=1e-9)
+    np.testing.assert_allclose(path.velocity[-1], 0.0, atol=1e-9)
 
 
 def test_a_hand_that_is_too_heavy_is_refused(robot, monkeypatch) -> None:

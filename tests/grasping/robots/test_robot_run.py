@@ -4,6 +4,7 @@ import pickle
 import re
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -211,6 +212,41 @@ def test_on_a_mount_a_search_begins_with_the_plan_for_a_free_base(grasper, monke
     assert again.plan_for(TASK).grip == free.grip
     assert again.plan_for(TASK, "mounted").grip == mounted.grip
     assert len(begun) == 3
+
+
+def test_a_search_begins_with_what_was_kept_for_other_settings(grasper, monkeypatch, plan):
+    begun = []
+
+    def search(grasps, task, conditions, starts, *, progress):
+        begun.append(starts)
+        scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
+        return replace(starts[0], grip=2.5), grasps.run(scene, starts[0])
+
+    monkeypatch.setattr(module, "plan_robot_grasp", search)
+    grasper.plan_for(TASK)
+    module._usual_key.cache_clear()
+    monkeypatch.setattr(module, "CLEARANCE", 0.004)
+    assert replace(grasper, made={}).plan_for(TASK).grip == 2.5
+    module._usual_key.cache_clear()
+    assert [len(starts) for starts in begun] == [4, 5]
+    assert begun[1][0].grip == 2.5 != begun[1][1].grip
+
+
+def test_a_free_base_too_goes_from_reading_to_reading_without_steps(grasps, scene, plan):
+    """Told a hundred times a second where to be, it would stop and start as often."""
+    model, data = scene.model, scene.data
+    speeds, step = [], mujoco.mj_step
+
+    def watched(*args, **kwargs):
+        step(*args, **kwargs)
+        speeds.append(float(np.linalg.norm(data.joint("forearm").qvel[:3])))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mujoco.mj_step", watched)
+        run = grasps.run(scene, plan)
+    reach = np.array(speeds[100:300])  # 0.2 to 0.6 s
+    assert len(speeds) == len(run.time) * round(0.01 / model.opt.timestep)
+    assert np.abs(np.diff(reach)).max() < 0.05 * reach.max()
 
 
 def test_a_plan_that_cannot_be_kept_is_used(grasper, tmp_path, monkeypatch):
