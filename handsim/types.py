@@ -15,7 +15,7 @@ Mask = npt.NDArray[np.bool_]
 Frame = npt.NDArray[np.uint8]
 """A picture, (height, width, 3), top row first."""
 
-Base = Literal["arm", "free"]
+Base = Literal["arm", "free", "mounted"]
 """What carries the hand: a person's arm, or a free base that is moved with unlimited force."""
 Side = Literal["right", "left"]
 SIDES: tuple[Side, ...] = ("right", "left")

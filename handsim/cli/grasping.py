@@ -13,11 +13,17 @@ from handsim.cli.console import (
     JsonFlag,
     check_gl,
     check_trials,
-    note,
     say_json,
     writable_folder,
 )
-from handsim.cli.hand import person_beside, robot_as_dict, robot_grasper, robot_that_grasps
+from handsim.cli.hand import (
+    base_for,
+    person_beside,
+    robot_as_dict,
+    robot_grasper,
+    robot_that_grasps,
+    say_base,
+)
 from handsim.cli.listing.verdict_table import show_verdicts
 from handsim.cli.objects import (
     MassOption,
@@ -88,9 +94,12 @@ def grasp(
     side: Annotated[Literal["right", "left"], typer.Option(help="Side of the hand.")] = "right",
     friction: Annotated[float | None, typer.Option(help="Sliding friction of the hand.")] = None,
     base: Annotated[
-        Literal["arm", "free"],
-        typer.Option(help="What carries the hand: a person's arm, or a base of unlimited force."),
-    ] = "arm",
+        Literal["arm", "free", "mounted"] | None,
+        typer.Option(
+            help="What carries the hand: a person's arm; a free base of unlimited force, which is "
+            "usual for robot hands; or, for these, a mount of limited force."
+        ),
+    ] = None,
     hard: Annotated[
         Literal["pose", "friction", "mass", "shake", "bias", "latency"] | None,
         typer.Option(help="Perturb the trials in this alone, and hard."),
@@ -122,8 +131,10 @@ def grasp(
     from handsim.grasping.sweep.spec import DEMONSTRATOR
     from handsim.objects.mesh_import import read_object
 
-    conditions = _conditions(hand_size(hand_length, hand_breadth, side), base, seed, friction)
-    robot = robot_that_grasps(hand, name=controller, protocol=protocol, replay=replay)
+    size = hand_size(hand_length, hand_breadth, side)
+    conditions = _conditions(size, base_for(base, hand), seed, friction)
+    robot = robot_that_grasps(hand, protocol=protocol, replay=replay)
+    say_base(conditions.base)
     of_person = conditions if robot is None else person_beside(robot, conditions)
     said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}
     if own is None:
@@ -239,8 +250,6 @@ def _tasks(name: str, left_out: str | None) -> "list[Task]":
 def _conditions(hand: "HandSize", base: "Base", seed: int, friction: float | None) -> "Conditions":
     from handsim.grasping.conditions import Conditions
 
-    if base == "free":
-        note("the hand flies: a free base moves it with a force that no arm has")
     if friction is None:
         return Conditions(seed=seed, hand=hand, base=base)
     return Conditions(seed=seed, hand=hand, base=base, friction=friction)

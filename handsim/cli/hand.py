@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from handsim.grasping.planning.grasper import Grasper
     from handsim.grasping.robots.robot_grasper import RobotGrasper
     from handsim.retargeting.robot_hand import RobotHand
+    from handsim.types import Base
 
 app = typer.Typer()
 
@@ -92,28 +93,49 @@ def _group(context: typer.Context) -> None:
     help_where_alone(context)
 
 
-def robot_that_grasps(
-    file: Path | None, *, name: str | None, protocol: str, replay: bool
-) -> "RobotHand | None":
+def robot_that_grasps(file: Path | None, *, protocol: str, replay: bool) -> "RobotHand | None":
     """Read a robot hand, if one is asked for and can do the rest, and say what was mended."""
     if file is None:
         return None
 
     from handsim.errors import InputError
-    from handsim.grasping.sweep.spec import DEMONSTRATOR
     from handsim.retargeting.robot_hand import RobotHand
 
     refused = {
-        "the demonstrator is a script for a person's hand": name == DEMONSTRATOR,
         "--replay takes a person's destination": replay,
         "--protocol six-axis pulls at a person's grasp": protocol != "lift",
     }
     for reason in (reason for reason, asked in refused.items() if asked):
         raise InputError(f"{reason}, --hand names a robot's; drop one of the two")
     robot = RobotHand(file)
-    for line in (*robot.notes, "the hand flies: a free base moves it with a force no arm has"):
+    for line in robot.notes:
         note(line)
     return robot
+
+
+def base_for(asked: "Base | None", hand: Path | None) -> "Base":
+    """Return what carries the hand, a person's or a robot's."""
+    from handsim.errors import InputError
+
+    base = asked or ("arm" if hand is None else "free")
+    if base == "arm" and hand is not None:
+        raise InputError("--base arm is a person's, --hand names a robot's; give free or mounted")
+    if base == "mounted" and hand is None:
+        raise InputError("--base mounted carries robot hands alone; name one by --hand")
+    return base
+
+
+def say_base(base: "Base") -> None:
+    """Say what it means that a hand is on another base than an arm."""
+    if base == "free":
+        note("the hand flies: a free base moves it with a force that no arm has")
+    if base == "mounted":
+        from handsim.grasping.robots.robot_mount import MOST_FORCE, MOST_TORQUE, PAYLOAD
+
+        note(
+            f"the hand is mounted as on an arm for {PAYLOAD:g} kg: at most {MOST_FORCE:g} N and "
+            f"{MOST_TORQUE:g} N m carry it"
+        )
 
 
 def person_beside(robot: "RobotHand", conditions: "Conditions") -> "Conditions":
@@ -122,13 +144,22 @@ def person_beside(robot: "RobotHand", conditions: "Conditions") -> "Conditions":
 
 
 def robot_grasper(robot: "RobotHand", people: "Grasper", name: str | None) -> "RobotGrasper":
-    """Return a grasper with a robot hand; its plans lie where those of the controller do."""
+    """Return a grasper with a robot hand; its plans lie where those of the controller do.
+
+    Those by script lie where the built-in controller's do.
+    """
     from handsim.cli.defaults import plan_folder
     from handsim.grasping.planning.grasper import ControllerGrasper
+    from handsim.grasping.planning.trials.scripted_trials import ScriptedGrasper
     from handsim.grasping.robots.robot_grasper import RobotGrasper
+    from handsim.grasping.robots.robot_lead import ScriptedLead
+    from handsim.grasping.sweep.spec import DEMONSTRATOR
 
-    assert isinstance(people, ControllerGrasper)  # a demonstrator is refused before
-    return RobotGrasper(people, robot, plan_folder(None if name is None else Path(name)), note)
+    folder = plan_folder(None if name in (None, DEMONSTRATOR) else Path(name))
+    if isinstance(people, ControllerGrasper):
+        return RobotGrasper(people, robot, folder, note)
+    offsets = people.offsets if isinstance(people, ScriptedGrasper) else None
+    return RobotGrasper(ScriptedLead(offsets, fraction_done), robot, folder, note)
 
 
 def robot_as_dict(robot: "RobotHand", file: Path | None) -> dict[str, Any]:

@@ -53,7 +53,7 @@ _ALLOWED: dict[str, str] = {
     "actuator": "",
     "general": (
         "name class biasprm biastype ctrllimited ctrlrange dynprm dyntype forcelimited forcerange"
-        " gainprm gaintype gear input joint tendon"
+        " gainprm gaintype gear input joint tendon site refsite"
     ),
     "position": "name class joint kp kv ctrlrange forcerange ctrllimited forcelimited",
     "sensor": "",

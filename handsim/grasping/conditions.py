@@ -39,7 +39,7 @@ class Conditions:
     hand
         Its size and side.
     base
-        What carries it.
+        What carries it; ``mounted`` is for robot hands alone.
     friction
         Sliding friction of the hand.
     mass_scale
@@ -79,7 +79,7 @@ class Conditions:
         """Check all values."""
         HandGeometry(self.hand)
         if self.base not in get_args(Base):
-            raise InputError(f"base '{self.base}' is unknown; give 'arm' or 'free'")
+            raise InputError(f"base '{self.base}' is unknown; give 'arm', 'free' or 'mounted'")
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:

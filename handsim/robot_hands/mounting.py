@@ -63,8 +63,8 @@ def mount_robot_hand(
         carried.add_freejoint(name=base)
         weld_to_mocap(scene, f"{base}_weld", target, base)
         # A free body needs mass, and the hand's own is all in bodies that it carries.
-        carried.mass, carried.inertia = 1e-3, np.full(3, 1e-6)
-        carried.explicitinertial = True
+        carried.mass, carried.inertia, carried.ipos = 1e-3, np.full(3, 1e-6), np.zeros(3)
+        carried.explicitinertial = True  # without a position, XML would leave it out
     own = hand.copy()
     origin, turn = _inverse(own, palm)
     scene.attach(own, prefix=prefix, frame=carried.add_frame(pos=origin, quat=turn))

@@ -82,10 +82,12 @@ def build_scene(
     Raises
     ------
     InputError
-        If friction, mass or the hand's size cannot be used.
+        If friction, mass or the hand's size cannot be used, or the base is that of robot hands.
     UnknownNameError
         If there is no object of that name.
     """
+    if base == "mounted":
+        raise InputError("base 'mounted' carries robot hands alone; give 'arm' or 'free'")
     if isinstance(task, Task) and hand is not None:
         task = task.for_side(hand.side)
     target = _target_of(task)

@@ -67,13 +67,48 @@ def test_a_hand_grasps_and_its_plan_lies_beside_the_controller(run, hand, search
     assert again["per_trial"] == said["per_trial"]
 
 
+def test_a_script_leads_a_hand_and_its_plan_lies_among_those_of_the_package(
+    run, hand, searched, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("handsim.cli.defaults.plan_folder", lambda file: tmp_path / "plans")
+    asked = ("grasp", "demonstrator", "--hand", hand, "--task", "cube-raise", "--json")
+    first = run(*asked, "-o", tmp_path / "out")
+    assert first.code == 0, first.err
+    said = json.loads(first.out)
+    assert said["nominal_success"]
+    assert said["per_trial"][0]["base"] == "free"
+    assert said["per_trial"][0]["certified"] is None
+    assert read_rollout(tmp_path / "out" / "cube-raise.npz").driver == "demonstrator"
+    again = json.loads(run(*asked).out)
+    assert searched == ["cube-raise"]
+    assert again["per_trial"] == said["per_trial"]
+
+
+def test_a_mounted_hand_has_a_plan_of_its_own(run, hand, searched, tmp_path):
+    own = tmp_path / "controller.npz"
+    shutil.copy(CONTROLLER, own)
+    asked = ("grasp", own, "--hand", hand, "--task", "cube-raise", "--json")
+    free = run(*asked, "--base", "free")
+    mounted = run(*asked, "--base", "mounted")
+    assert (free.code, mounted.code) == (0, 0), mounted.err
+    said = json.loads(mounted.out)
+    assert said["nominal_success"]
+    assert said["per_trial"][0]["base"] == "mounted"
+    assert "mounted as on an arm for 5 kg: at most 150 N and 28 N m" in mounted.err
+    assert "the hand flies" in free.err
+    assert "the hand flies" not in mounted.err
+    assert searched == ["cube-raise"] * 2
+    assert len(list((tmp_path / "controller.plans").iterdir())) == 2
+    run(*asked, "--base", "mounted")
+    assert len(searched) == 2
+
+
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        (("demonstrator", "--task", "cube-raise"), "script for a person's hand"),
+        (("--task", "cube-raise", "--base", "arm"), "--base arm is a person's"),
         (("--task", "cube-raise", "--replay"), "person's destination"),
         (("--task", "cube-raise", "--protocol", "six-axis"), "six-axis"),
-        (("demonstrator", "--object", "thing.stl"), "script for a person's hand"),
     ],
 )
 def test_what_a_robot_hand_cannot_do_is_refused_in_a_line(run, hand, options, word):
@@ -88,6 +123,12 @@ def test_a_hand_that_is_not_there_is_named(run, tmp_path):
     said = run("grasp", "--task", "cube-raise", "--hand", tmp_path / "none.xml")
     assert said.code == 2
     assert "none.xml: no such file" in said.err
+
+
+def test_a_mount_without_a_robot_is_refused_in_a_line(run):
+    said = run("grasp", "--task", "cube-raise", "--base", "mounted")
+    assert (said.code, said.out, said.err.count("\n")) == (2, "", 1)
+    assert "name one by --hand" in said.err
 
 
 def test_without_a_hand_nothing_is_said_of_one(run):

@@ -143,7 +143,7 @@ def test_hands_that_grasp(sandbox, monkeypatch):
         scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
         return starts[0], grasps.run(scene, starts[0])
 
-    monkeypatch.setattr(robot_grasper.RobotGrasper, "_starts", lambda self, task: [plan])
+    monkeypatch.setattr(robot_grasper.RobotGrasper, "_starts", lambda self, task, base: [plan])
     monkeypatch.setattr(robot_grasper, "plan_robot_grasp", unsearched)
 
     def check(name: str, content: bytes) -> None:

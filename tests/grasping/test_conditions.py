@@ -77,7 +77,7 @@ def test_all_that_has_limits_is_tried():
 @pytest.mark.parametrize("base", ["Arm", "", "robot", None])
 def test_hands_are_carried_by_an_arm_or_freely(base):
     assert Conditions(base="free").base == "free"
-    with pytest.raises(InputError, match=r"base .* is unknown; give 'arm' or 'free'"):
+    with pytest.raises(InputError, match=r"base .* is unknown; give 'arm', 'free' or 'mounted'"):
         Conditions(base=base)
 
 

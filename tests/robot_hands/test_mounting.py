@@ -43,6 +43,15 @@ def test_the_palm_is_where_it_is_put_and_follows(robot, body):
     assert data.joint("robot_index_2").qpos[0] == pytest.approx(1.05 * index, abs=0.05)
 
 
+def test_the_scene_is_the_same_as_xml(robot):
+    scene = mujoco.MjSpec()
+    mount_robot_hand(scene, robot.spec, robot.frames.palm, POS, QUAT)
+    model = scene.compile()
+    again = mujoco.MjModel.from_xml_string(scene.to_xml())
+    np.testing.assert_allclose(again.body_mass, model.body_mass)
+    assert again.body("robot_mount").mass[0] > 0
+
+
 def test_two_hands_need_two_prefixes_and_bodies_that_are_there(robot):
     scene = mujoco.MjSpec()
     mount_robot_hand(scene, robot.spec, robot.frames.palm)

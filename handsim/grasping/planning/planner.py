@@ -15,7 +15,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
@@ -29,6 +28,7 @@ from handsim.grasping.planning.fingertip_fit import (
 )
 from handsim.grasping.planning.plan_store import StoredPlan
 from handsim.grasping.planning.search import (
+    STEPS,
     WORST,
     Effort,
     Estimate,
@@ -39,6 +39,7 @@ from handsim.grasping.planning.search import (
     robust_cost,
     shortened,
     tried_conditions,
+    varied_around,
     within_reach,
 )
 from handsim.grasping.rollout.compiled_scene import Scene
@@ -90,13 +91,6 @@ layer in which beta falls to zero."""
 NOMINAL_FAILS = 1 + WORST
 """Least mean cost of a plan whose nominal run fails (`search.robust_cost`)."""
 NO_WAY = 10.0  # cost of a destination that the navigation function cannot lead to
-STEPS = {
-    "z": np.deg2rad(8.0), "shift": 0.008, "turn": np.deg2rad(7.0),
-    "squeeze": 0.25, "arrive": 0.08, "grip": 0.25,
-}  # fmt: skip
-"""Initial spreads of the search: components and turn [rad], shift [m], squeeze, arrival, and the
-natural logarithm of the grip."""
-ARRIVAL_RANGE = (0.4, 0.95)
 
 
 def plan_grasp(
@@ -225,14 +219,7 @@ def varied(
     """
     n = len(controller.subspace.components_)
     z = np.clip(plan.goal_in(controller.subspace) + STEPS["z"] * point[:n], *box)
-    turn = Rotation.from_rotvec(STEPS["turn"] * point[n + 3 : n + 6])
-    return replace(
-        aimed_at(controller, plan, z),
-        palm=plan.palm.moved(STEPS["shift"] * point[n : n + 3], turn),
-        squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[n + 6])),
-        arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[n + 7], *ARRIVAL_RANGE)),
-        grip=plan.grip * float(np.exp(STEPS["grip"] * point[n + 8])),
-    )
+    return varied_around(aimed_at(controller, plan, z), point[n:])
 
 
 def destination_box(controller: GraspController) -> tuple[Array, Array]:

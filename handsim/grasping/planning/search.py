@@ -50,6 +50,13 @@ POPULATION = 8
 """Plans of one generation of a search."""
 WORST = 5.0
 """About the greatest cost of a failure, which is 5.9."""
+STEPS = {
+    "z": np.deg2rad(8.0), "shift": 0.008, "turn": np.deg2rad(7.0),
+    "squeeze": 0.25, "arrive": 0.08, "grip": 0.25,
+}  # fmt: skip
+"""Initial spreads of a search: components and turn [rad], shift [m], squeeze, arrival, and the
+natural logarithm of the grip."""
+ARRIVAL_RANGE = (0.4, 0.95)
 SEARCH_HOLD = 1.0
 """Time that a search holds the object [s]; the plan found is then tested by the task's own rule."""
 
@@ -197,6 +204,19 @@ class Found:
             return None
         run = self.whole(plan)
         return (plan, run) if run.outcome.success else None
+
+
+def varied_around(plan: GraspPlan, point: Array) -> GraspPlan:
+    """Return a plan with its destination, all else changed by ``point`` (9,), in `STEPS`."""
+    return replace(
+        plan,
+        palm=plan.palm.moved(
+            STEPS["shift"] * point[:3], Rotation.from_rotvec(STEPS["turn"] * point[3:6])
+        ),
+        squeeze=max(0.0, plan.squeeze + STEPS["squeeze"] * float(point[6])),
+        arrive=float(np.clip(plan.arrive + STEPS["arrive"] * point[7], *ARRIVAL_RANGE)),
+        grip=plan.grip * float(np.exp(STEPS["grip"] * point[8])),
+    )
 
 
 def strain_of(plan: GraspPlan, task: Task, arm: ReachingArm) -> float:

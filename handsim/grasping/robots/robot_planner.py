@@ -1,9 +1,9 @@
-"""Find the palm pose and the destination with which a controller makes a robot hand grasp.
+"""Find the palm pose and the destination with which a robot hand grasps that follows a person's.
 
-The start is what a person's hand does: a plan of the same controller for the same task. Its posture
-is mapped to the robot, whose palm goes where its fingertips come to lie where the person's pads
-were. Around that an evolutionary search varies destination, palm, squeeze, arrival and grip, as for
-the person's hand.
+The start is what a person's hand does: a plan of the same lead for the same task. Its posture is
+mapped to the robot, whose palm goes where its fingertips come to lie where the person's pads were.
+Around that an evolutionary search varies destination, palm, squeeze, arrival and grip, as for the
+person's hand. The destination of a script stays.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
-from handsim.grasping.planning.planner import NO_WAY, destination_box, refused, varied
+from handsim.grasping.planning.planner import NO_WAY
 from handsim.grasping.planning.search import (
     Effort,
     Estimate,
@@ -25,17 +25,16 @@ from handsim.grasping.planning.search import (
     tried_conditions,
 )
 from handsim.grasping.robots.robot_clearance import cleared
+from handsim.grasping.robots.robot_lead import Lead
 from handsim.grasping.robots.robot_movement import RobotMovement, robot_movement
 from handsim.grasping.robots.robot_run import simulate_robot
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_servos import RobotServos
 from handsim.grasping.robots.robot_start import palm_for
 from handsim.grasping.rollout.commands import Commands, expected_path
-from handsim.grasping.rollout.drivers import Driver, learned_driver
+from handsim.grasping.rollout.drivers import Driver
 from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.record import Rollout
-from handsim.joints import N_JOINTS
-from handsim.learning.controller import GraspController
 from handsim.retargeting.retarget import Retargeter
 from handsim.tasks.task import Task
 from handsim.types import Progress
@@ -73,16 +72,17 @@ class RobotTold:
 
 @dataclass(frozen=True)
 class RobotGrasps:
-    """Makes runs of one robot hand by one controller.
+    """Makes runs of one robot hand that follows one lead.
 
     Attributes
     ----------
-    controller
+    lead
+        What moves the person's hand.
     retargeter
         Maps postures to the robot; its openings should keep their width (``opening_scale=1``).
     """
 
-    controller: GraspController
+    lead: Lead
     retargeter: Retargeter
 
     def run(self, scene: RobotScene, plan: GraspPlan, *, brief: bool = False) -> Rollout:
@@ -92,10 +92,7 @@ class RobotGrasps:
     def told(self, scene: RobotScene, plan: GraspPlan) -> RobotTold:
         """Return what the robot is told in all runs of a task by a plan, whatever disturbs them."""
         schedule = self.schedule(scene)
-        # No lead: the robot's servos have their own.
-        driver = learned_driver(
-            self.controller, plan, np.zeros(N_JOINTS), schedule, scene.task.object_name
-        )
+        driver = self.lead.driver(scene, plan, schedule)
         usual = Commands.of(plan, scene.task, schedule, self.retargeter.person.size)
         arrival = plan.arrive * schedule.reach
         movement = robot_movement(self.retargeter, driver, usual, arrival, scene.gripping)
@@ -126,7 +123,7 @@ class RobotGrasps:
 
         Each returns its cost. The scenes are of one task.
         """
-        if refused(self.controller, plan):
+        if self.lead.refuses(plan):
             yield from (lambda: NO_WAY for _ in scenes)
             return
         told = self.told(scenes[0], plan)
@@ -156,7 +153,7 @@ def plan_robot_grasp(
     conditions
         Nominal conditions to plan for.
     starts
-        Plans of this controller for a robot or a person's hand of the same side, palms included.
+        Plans of this lead for a robot or a person's hand of the same side, palms included.
     generations
         Of a search, which is made where the best start does not hold with room to spare.
     seed
@@ -176,23 +173,21 @@ def plan_robot_grasp(
         estimate.step()
         return found
 
-    box = destination_box(grasps.controller)
     whole = RobotScene.build(task, conditions, robot)
     plan = _first_good(starts, cost)
-    size = len(grasps.controller.subspace.components_) + 9
     attempt, run = 0, None
     while run is None or (attempt < ATTEMPTS and not run.outcome.success):
         start = plan
         if attempt:
             estimate.expect(most)
         _, point = minimise(
-            lambda x, start=start: cost(varied(grasps.controller, start, x, box)),
-            np.zeros(size),
+            lambda x, start=start: cost(grasps.lead.varied(start, x)),
+            np.zeros(grasps.lead.n_varied),
             generations=generations,
             seed=seed + attempt,
             enough=ENOUGH,
         )
-        plan = varied(grasps.controller, start, point, box)
+        plan = grasps.lead.varied(start, point)
         attempt, run = attempt + 1, grasps.run(whole, plan)
     return plan, run
 

@@ -12,7 +12,9 @@ import mujoco
 import numpy as np
 
 from handsim.grasping.plan import GraspPlan, Pose
+from handsim.grasping.robots.base_path import BasePath
 from handsim.grasping.robots.robot_grip import RobotGrip
+from handsim.grasping.robots.robot_mount import LAGS
 from handsim.grasping.robots.robot_movement import RobotMovement
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_servos import RobotServos
@@ -116,6 +118,8 @@ class _Run:
         latency = round(scene.conditions.latency * RATE)
         self._forces: deque[list[float]] = deque(maxlen=latency + 1)
         self._held = np.zeros(3)
+        self._path = BasePath.of(commands, steps_per_reading(scene.model))
+        self._ahead = (LAGS * self._path.velocity)[..., : len(scene.mount_ctrl)]
 
     def make(self, brief: bool) -> int:
         """Make the run and return how many readings it has."""
@@ -129,7 +133,7 @@ class _Run:
                 self.states[name][tick] = live
             if data.ncon > SLOTS and sensors.n_contacts(self._values).max() > SLOTS:
                 self.exact[tick] = contacts_of(model, data)
-            mujoco.mj_step(model, data, nstep=steps_per_reading(model))
+            self._advance(tick)
             self.unstable = bool(diverged(data.qvel, data.warning.number))
             if self.unstable or (brief and self._is_over(tick)):
                 return tick + 1
@@ -153,6 +157,15 @@ class _Run:
         x = np.clip(x + self._added[tick], robot.lower, robot.upper)
         data.ctrl[scene.ctrl_index] = robot.commands(x)
         data.mocap_pos[0], data.mocap_quat[0] = commands.palm_pos[tick], commands.palm_quat[tick]
+
+    def _advance(self, tick: int) -> None:
+        """Simulate until the next reading."""
+        data, path = self._scene.data, self._path
+        steps = zip(path.pos[tick], path.quat[tick], self._ahead[tick], strict=True)
+        for pos, quat, ahead in steps:
+            data.mocap_pos[0], data.mocap_quat[0] = pos, quat
+            data.ctrl[self._scene.mount_ctrl] = ahead
+            mujoco.mj_step(self._scene.model, data)
 
     def _is_over(self, tick: int) -> bool:
         """Whether the object is lost, or was pushed far before the hand had closed."""

@@ -1,8 +1,8 @@
-"""Table, object and a robot hand on a free base, with the names and sensors of a person's scene."""
+"""Table, object and a robot hand on its base, with the names and sensors of a person's scene."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -12,6 +12,7 @@ import numpy as np
 from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import Pose
+from handsim.grasping.robots.robot_mount import NAMES, add_mount
 from handsim.grasping.rollout.compiled_scene import front_end
 from handsim.grasping.rollout.sensing import Sensors, add_sensors
 from handsim.hand.mjcf import give_skin, weld_to_mocap
@@ -31,7 +32,7 @@ PREFIX = "robot_"
 class RobotScene:
     """A compiled scene in which a robot hand grasps.
 
-    Its bodies are called as a person's: ``forearm`` is the free base, ``palm`` the frame of the
+    Its bodies are called as a person's: ``forearm`` is its base, ``palm`` the frame of the
     robot's palm, and the bodies of fingers begin with the finger's name, so that sensors and rules
     are the same.
 
@@ -49,6 +50,8 @@ class RobotScene:
         Where the robot's free coordinates and its actuators are in ``qpos`` and ``ctrl``.
     joint_index : (n_joints,)
         Where all its joints are in ``qpos``.
+    mount_ctrl : (6,)
+        Where the servos of a mount are in ``ctrl``; (0,) for a free base.
     object
         The object to grasp.
     front : (3,) [m]
@@ -66,6 +69,7 @@ class RobotScene:
     qpos_index: Index
     joint_index: Index
     ctrl_index: Index
+    mount_ctrl: Index
     object: GraspObject
     front: Array
     fingers: Index
@@ -113,7 +117,8 @@ class RobotScene:
             partial(_xml, task, conditions, robot),
             index[robot.joint_map.free],
             index,
-            np.array([model.actuator(PREFIX + n).id for n in robot.actuator_names], dtype=np.intp),
+            _actuators(model, PREFIX, robot.actuator_names),
+            _actuators(model, "", NAMES if conditions.base == "mounted" else ()),
             grasp_object,
             front_end(grasp_object),
             robot.finger_of_coordinates(),
@@ -135,11 +140,11 @@ class RobotScene:
 
 
 def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mujoco.MjSpec:
-    """Build table, object and a robot hand on a free base that follows ``forearm_target``.
+    """Build table, object and a robot hand on a base that follows ``forearm_target``.
 
     The robot's skin is given the friction and softness of the own hand's: files of hands seldom say
     what theirs is, and the trials vary it. The weight of the hand's own links is compensated, as
-    the controllers of such hands do.
+    the controllers of such hands do. A base that is not mounted moves with unlimited force.
 
     Parameters
     ----------
@@ -151,7 +156,7 @@ def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mu
     dx, dy, yaw = conditions.object_offset
     mirrored = task.for_side(robot.side)
     spec = build_scene(mirrored, None, mass_scale=conditions.mass_scale, offset=(dx, dy), turn=yaw)
-    base = _add_base(spec)
+    base = _add_base(spec, welded=conditions.base != "mounted")
     mount_robot_hand(spec, _bare(robot.spec), robot.frames.palm, body="palm", prefix=PREFIX)
     _name_fingers(spec, robot)
     for finger in FINGERS:
@@ -162,11 +167,18 @@ def robot_scene_spec(task: Task, conditions: Conditions, robot: RobotHand) -> mu
     for geom in base.find_all(mujoco.mjtObj.mjOBJ_GEOM):
         give_skin(geom)
     set_hand_friction(spec, conditions.friction)
+    if conditions.base == "mounted":
+        add_mount(spec, robot.model)
     return spec
 
 
-def _add_base(spec: mujoco.MjSpec) -> mujoco.MjsBody:
-    """Add the bodies ``forearm`` and ``palm``, one in the other, welded to ``forearm_target``."""
+def _actuators(model: mujoco.MjModel, prefix: str, names: Iterable[str]) -> Index:
+    """Return where actuators are in ``ctrl``."""
+    return np.array([model.actuator(prefix + name).id for name in names], dtype=np.intp)
+
+
+def _add_base(spec: mujoco.MjSpec, *, welded: bool) -> mujoco.MjsBody:
+    """Add the bodies ``forearm`` and ``palm``, one in the other, and ``forearm_target``."""
     spec.worldbody.add_body(name="forearm_target", mocap=True)
     base = spec.worldbody.add_body(name="forearm", gravcomp=1.0)
     base.add_freejoint(name="forearm")
@@ -181,7 +193,8 @@ def _add_base(spec: mujoco.MjSpec) -> mujoco.MjsBody:
         group=4,  # is not drawn
     )
     base.add_body(name="palm")
-    weld_to_mocap(spec, "forearm_weld", "forearm_target", "forearm")
+    if welded:
+        weld_to_mocap(spec, "forearm_weld", "forearm_target", "forearm")
     return base
 
 

@@ -69,6 +69,21 @@ def mend_inertia(spec: mujoco.MjSpec) -> list[str]:
     return notes
 
 
+def keep_least_masses(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Write down the masses that bodies without any got when compiled, ``boundmass`` of the file.
+
+    A scene with the hand in it is compiled with them, but its XML has no such bound.
+    """
+    least = 1.001 * spec.compiler.boundmass
+    for body in spec.bodies[1:]:
+        compiled = model.body(body.name)
+        if body.explicitinertial or not 0 < compiled.mass[0] <= least:
+            continue
+        body.explicitinertial = True
+        body.mass, body.inertia = compiled.mass[0], compiled.inertia
+        body.ipos, body.iquat = compiled.ipos, compiled.iquat
+
+
 def _moments(body: mujoco.MjsBody) -> np.ndarray:
     """Return the principal moments of inertia [kg m2], the smallest first."""
     full = np.asarray(body.fullinertia)

@@ -20,6 +20,7 @@ from handsim.robot_hands.reading._folders import UserFolders
 from handsim.robot_hands.reading._mending import (
     add_servos,
     give_names,
+    keep_least_masses,
     mend_inertia,
     quiet_compile,
     unheard_warnings,
@@ -139,6 +140,7 @@ def _read(root: ET.Element, file: Path, assets: Assets) -> HandFile:
         raise FileError(f"{file}: nothing in it moves; give a hand with joints")
     notes += add_servos(spec, model)
     model = quiet_compile(spec)
+    keep_least_masses(spec, model)
     notes += _of_meshes(assets)
     placeholders = frozenset(mesh.name for mesh in spec.meshes if _is_placeholder(mesh, assets))
     return HandFile(spec, model, speeds, tuple(notes), placeholders)

@@ -6,7 +6,9 @@ import pytest
 
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_store import shipped_plans
+from handsim.grasping.robots.robot_lead import LearnedLead
 from handsim.grasping.robots.robot_planner import RobotGrasps
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.hand.export import write_hand
@@ -50,7 +52,7 @@ def retargeter(robot) -> Retargeter:
 
 @pytest.fixture(scope="session")
 def grasps(controller, retargeter) -> RobotGrasps:
-    return RobotGrasps(controller, retargeter)
+    return RobotGrasps(LearnedLead(ControllerGrasper(controller)), retargeter)
 
 
 @pytest.fixture(scope="session")

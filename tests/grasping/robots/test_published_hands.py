@@ -8,7 +8,9 @@ import pytest
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning.fingertip_fit import mirrored
+from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_store import shipped_plans
+from handsim.grasping.robots.robot_lead import LearnedLead
 from handsim.grasping.robots.robot_planner import RobotGrasps
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_start import clear_of_table
@@ -37,7 +39,8 @@ def test_a_published_hand_holds_by_the_plan_of_a_person(file: str, name: str) ->
     controller = GraspController.load(data_folder("assets") / "controller.npz")
     plan = shipped_plans(controller.digest, Conditions()).read()[name]
     robot, task = RobotHand(HANDS / file), task_by_name(name)
-    grasps = RobotGrasps(controller, Retargeter(robot, opening_scale=1.0))
+    lead = LearnedLead(ControllerGrasper(controller))
+    grasps = RobotGrasps(lead, Retargeter(robot, opening_scale=1.0))
     size = replace(MEDIAN_HAND, side=robot.side)
     scene = RobotScene.build(task, Conditions(base="free", hand=size), robot)
     plan = plan if robot.side == "right" else mirrored(plan)

@@ -4,6 +4,7 @@ import pickle
 import re
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -11,10 +12,10 @@ from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_store import shipped_plans
-from handsim.grasping.planning.planner import STEPS, destination_box
+from handsim.grasping.planning.planner import STEPS
 from handsim.grasping.robots import robot_grasper as module
 from handsim.grasping.robots.robot_grasper import RobotGrasper, key_of_robot
-from handsim.grasping.robots.robot_planner import plan_robot_grasp, varied
+from handsim.grasping.robots.robot_planner import plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout_file import read_rollout, write_rollout
 from handsim.retargeting.robot_hand import RobotHand
@@ -54,7 +55,7 @@ def test_it_squeezes_longer_than_a_person_by_the_lag_of_its_servos(grasps, scene
 
 
 def test_the_reading_is_the_person_whom_it_follows(held, grasps):
-    z = grasps.controller.subspace.transform(held.reading)
+    z = grasps.lead.controller.subspace.transform(held.reading)
     np.testing.assert_allclose(held.z, z)
     assert held.reading.shape == (len(held.time), 22)
 
@@ -134,13 +135,13 @@ def test_what_does_not_hold_is_searched_again_from_what_was_found(grasps, plan, 
     np.testing.assert_allclose(found.palm.pos, plan.palm.pos, atol=1e-9)
 
 
-def test_a_point_of_the_search_is_a_plan_in_its_steps(controller, plan):
-    box = destination_box(controller)
-    same = varied(controller, plan, np.zeros(12), box)
+def test_a_point_of_the_search_is_a_plan_in_its_steps(controller, plan, grasps):
+    assert grasps.lead.n_varied == 12
+    same = grasps.lead.varied(plan, np.zeros(12))
     np.testing.assert_allclose(same.goal_in(controller.subspace), plan.z_goal)
     point = np.zeros(12)
     point[[1, 3, 8, 9, 10, 11]] = [-1.0, 2.0, 1.0, 1.0, -0.5, 1.0]
-    other = varied(controller, plan, point, box)
+    other = grasps.lead.varied(plan, point)
     moved = other.z_goal - plan.z_goal
     np.testing.assert_allclose(moved, [0.0, -STEPS["z"], 0.0], atol=1e-12)
     np.testing.assert_allclose(
@@ -187,6 +188,65 @@ def test_a_plan_is_searched_once_and_kept_for_this_hand_alone(
     replace(grasper, robot=three_fingers, made={})(TASK, Conditions())
     assert len(searched) == 2
     assert len(list(grasper.folder.iterdir())) == 2
+
+
+def test_on_a_mount_a_search_begins_with_the_plan_for_a_free_base(grasper, monkeypatch, plan):
+    begun = []
+
+    def search(grasps, task, conditions, starts, *, progress):
+        begun.append((conditions.base, starts))
+        found = replace(starts[0], grip=starts[0].grip + 0.5)
+        scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
+        return found, grasps.run(scene, found)
+
+    monkeypatch.setattr(module, "plan_robot_grasp", search)
+    unplanned = replace(grasper, folder=None, made={})
+    assert unplanned(TASK, Conditions(base="mounted")).conditions.base == "mounted"
+    free = grasper.plan_for(TASK)
+    mounted = grasper.plan_for(TASK, "mounted")
+    assert [base for base, _ in begun] == ["mounted", "free", "mounted"]
+    assert [len(starts) for _, starts in begun] == [4, 4, 5]
+    assert begun[2][1][0].grip == free.grip == plan.grip + 0.5
+    assert mounted.grip == plan.grip + 1.0
+    again = replace(grasper, made={})  # both are kept
+    assert again.plan_for(TASK).grip == free.grip
+    assert again.plan_for(TASK, "mounted").grip == mounted.grip
+    assert len(begun) == 3
+
+
+def test_a_search_begins_with_what_was_kept_for_other_settings(grasper, monkeypatch, plan):
+    begun = []
+
+    def search(grasps, task, conditions, starts, *, progress):
+        begun.append(starts)
+        scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
+        return replace(starts[0], grip=2.5), grasps.run(scene, starts[0])
+
+    monkeypatch.setattr(module, "plan_robot_grasp", search)
+    grasper.plan_for(TASK)
+    module._usual_key.cache_clear()
+    monkeypatch.setattr(module, "CLEARANCE", 0.004)
+    assert replace(grasper, made={}).plan_for(TASK).grip == 2.5
+    module._usual_key.cache_clear()
+    assert [len(starts) for starts in begun] == [4, 5]
+    assert begun[1][0].grip == 2.5 != begun[1][1].grip
+
+
+def test_a_free_base_too_goes_from_reading_to_reading_without_steps(grasps, scene, plan):
+    """Told a hundred times a second where to be, it would stop and start as often."""
+    model, data = scene.model, scene.data
+    speeds, step = [], mujoco.mj_step
+
+    def watched(*args, **kwargs):
+        step(*args, **kwargs)
+        speeds.append(float(np.linalg.norm(data.joint("forearm").qvel[:3])))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mujoco.mj_step", watched)
+        run = grasps.run(scene, plan)
+    reach = np.array(speeds[100:300])  # 0.2 to 0.6 s
+    assert len(speeds) == len(run.time) * round(0.01 / model.opt.timestep)
+    assert np.abs(np.diff(reach)).max() < 0.05 * reach.max()
 
 
 def test_a_plan_that_cannot_be_kept_is_used(grasper, tmp_path, monkeypatch):
