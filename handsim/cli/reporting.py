@@ -84,7 +84,7 @@ def view(
         str | None, typer.Option(help="View to begin with: the link that a page gives for it.")
     ] = None,
 ) -> None:
-    """Move the hand by its principal components, push its fingers and watch grasps.
+    """Move the hand, push its fingers and watch its grasps.
 
     MuJoCo's own viewer where there is a display; a web page where there is none, where several
     controllers are compared, and for a folder or a link; until interrupted.

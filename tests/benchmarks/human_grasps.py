@@ -1,6 +1,7 @@
 """The tables of grasps in README.md: an arm, human forces, rules that only a grasp can pass.
 
 Run: .venv/bin/python -m tests.benchmarks.human_grasps [GRASPER ...] [-o runs.csv] [--jobs N]
+    [--sets nominal ...] [--side left] [--hand-length M --hand-breadth M]
 
 A grasper is ``demonstrator``, ``built-in`` or a controller file, whose plans lie beside it or are
 made first. Each of the 24 tasks is grasped under ten seeds of the glove's noise, in 20 perturbed
@@ -25,6 +26,7 @@ from handsim.grasping.pool import in_order, processes
 from handsim.grasping.sweep.graspers import Planned
 from handsim.tasks.rules import Outcome
 from handsim.tasks.table_one import TASKS, task_by_name
+from handsim.types import MEDIAN_HAND, HandSize
 
 NOMINAL = range(5001, 5011)
 PERTURBED = range(101, 121)
@@ -45,13 +47,13 @@ class Trial:
     outcome: Outcome
 
 
-def trials_of(usual: Conditions) -> list[tuple[str, int, Conditions]]:
-    """Return set, seed and conditions of all runs of a task."""
+def trials_of(usual: Conditions, sets: Sequence[str] = SETS) -> list[tuple[str, int, Conditions]]:
+    """Return set, seed and conditions of all runs of a task in some of the sets."""
     found = [("nominal", seed, replace(usual, seed=seed)) for seed in NOMINAL]
     found += [("perturbed", seed, perturb(usual, seed)) for seed in PERTURBED]
     for kind in get_args(Hard):
         found += [(kind, seed, made_hard(usual, seed, kind)) for seed in HARD]
-    return found
+    return [each for each in found if each[0] in sets]
 
 
 def outcome_of(grasper: Grasper, task: str, conditions: Conditions) -> Outcome:
@@ -67,15 +69,15 @@ def grasper_for(name: str, usual: Conditions) -> Grasper:
     return planning_grasper(path, usual)
 
 
-def run(name: str, n_jobs: int, usual: Conditions) -> list[Trial]:
-    """Make all runs of a grasper."""
+def run(name: str, n_jobs: int, usual: Conditions, sets: Sequence[str] = SETS) -> list[Trial]:
+    """Make all runs of a grasper in some of the sets."""
     grasper = grasper_for(name, usual)
     by_task = dict.fromkeys((task.name for task in TASKS), grasper)
     if isinstance(grasper, ControllerGrasper):
         grasper.prepare(TASKS, usual, n_jobs)
         plans, _ = grasper.look_up_all(TASKS, usual)
         by_task = {task: Planned(grasper.controller, plan) for task, plan in plans.items()}
-    asked = [(task.name, *each) for task in TASKS for each in trials_of(usual)]
+    asked = [(task.name, *each) for task in TASKS for each in trials_of(usual, sets)]
     arguments = [(by_task[task], task, conditions) for task, _, _, conditions in asked]
     outcomes = in_order(processes(n_jobs), outcome_of, arguments)
     return [
@@ -94,6 +96,8 @@ def summary(trials: Sequence[Trial]) -> str:
     )
     for kind in SETS[1:]:
         held = [each.outcome.success for each in trials if each.kind == kind]
+        if not held:
+            continue
         low, high = wilson_interval(sum(held), len(held))
         share = 100 * np.mean(held)
         lines.append(
@@ -144,10 +148,15 @@ def main() -> None:
     parser.add_argument("graspers", nargs="*", default=["demonstrator", "built-in"])
     parser.add_argument("-o", "--output", type=Path)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--sets", nargs="+", choices=SETS, default=SETS)
+    parser.add_argument("--side", choices=("right", "left"), default=MEDIAN_HAND.side)
+    parser.add_argument("--hand-length", type=float, default=MEDIAN_HAND.length)
+    parser.add_argument("--hand-breadth", type=float, default=MEDIAN_HAND.breadth)
     asked = parser.parse_args()
+    usual = Conditions(hand=HandSize(asked.hand_length, asked.hand_breadth, asked.side))
     made: list[Trial] = []
     for name in asked.graspers:
-        trials = run(name, asked.jobs, Conditions())
+        trials = run(name, asked.jobs, usual, asked.sets)
         made += trials
         print(f"{name}\n{summary(trials)}\n\n{by_task(trials)}\n", flush=True)
         if asked.output:
