@@ -28,28 +28,21 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 
-COMPARED = range(7001, 7021)
-"""Seeds of perturbed runs in which plans are compared; a quarter as many nominal ones go with them,
-and as many with a friction of 0.3."""
 FIRST_SEED = 100
 """Of a search, beyond those that commands use."""
 USUAL = Conditions()
-
-
-def compared_in(usual: Conditions) -> list[Conditions]:
-    """Return the conditions in which plans are compared."""
-    few = list(COMPARED)[: len(COMPARED) // 4]
-    return [
-        *(replace(usual, seed=seed) for seed in few),
-        *(perturb(usual, seed) for seed in COMPARED),
-        *(made_hard(usual, seed, "friction") for seed in few),
-    ]
+COMPARED = [
+    *(replace(USUAL, seed=seed) for seed in range(7001, 7006)),
+    *(perturb(USUAL, seed) for seed in range(7001, 7021)),
+    *(made_hard(USUAL, seed, "friction") for seed in range(7001, 7006)),
+]
+"""Runs in which plans are compared: nominal, perturbed, and with a friction of 0.3."""
 
 
 def n_held(controller: GraspController, name: str, plan: GraspPlan) -> int:
     """Return in how many of the runs in which plans are compared one holds."""
     task = task_by_name(name)
-    scenes = [Scene.build(task, each) for each in compared_in(USUAL)]
+    scenes = [Scene.build(task, each) for each in COMPARED]
     return sum(run_plan(controller, scene, plan).outcome.success for scene in scenes)
 
 
@@ -76,23 +69,24 @@ def searched(
 
 def search(grasper: ControllerGrasper, asked: argparse.Namespace) -> None:
     """Search all tasks at once and store what is better than what is stored."""
-    started, controller, plans, usual = perf_counter(), grasper.controller, grasper.read(), USUAL
+    started, controller, plans = perf_counter(), grasper.controller, grasper.read()
     pool = processes(asked.jobs)
     arguments = [(name, (controller, name, plans[name])) for name in asked.tasks if name in plans]
     most = dict.fromkeys(asked.tasks, 0) | dict(pool(n_held, arguments))
+    seeds = range(asked.first, asked.first + asked.seeds * SEEDS, SEEDS)
+    effort = (asked.generations, asked.perturbed)
     jobs = [
         (name, (controller, name, None if i % 2 else plans.get(name), seed, *effort))
-        for i, seed in enumerate(range(asked.first, asked.first + asked.seeds * SEEDS, SEEDS))
+        for i, seed in enumerate(seeds)
         for name in asked.tasks
-        for effort in [(asked.generations, asked.perturbed)]
     ]
     for name, (held, plan) in pool(searched, jobs):
-        took, of = perf_counter() - started, len(compared_in(usual))
+        took, of = perf_counter() - started, len(COMPARED)
         sys.stderr.write(f"{took:.0f} s: {name} held {held} of {of}, so far {most[name]}\n")
         if held > most[name]:
             most[name], task = held, task_by_name(name)
-            success = run_plan(controller, Scene.build(task, usual), plan).outcome.success
-            stored = StoredPlan(plan, success, key_for(task, usual), max(ATTEMPTS, asked.seeds))
+            success = run_plan(controller, Scene.build(task, USUAL), plan).outcome.success
+            stored = StoredPlan(plan, success, key_for(task, USUAL), max(ATTEMPTS, asked.seeds))
             grasper.keep(task, stored)
 
 

@@ -8,9 +8,10 @@ the functions here, and learning with them, are made of those alone, array by ar
 that is written down.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import factorial
 from operator import add
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,6 +25,8 @@ _EXP_COEFFICIENTS = [1.0 / factorial(power) for power in range(14)]
 _LOG_COEFFICIENTS = [1.0 / (2 * term + 1) for term in range(12)]
 _EXP_RANGE = (-745.0, 709.0)
 _FEW = 16
+_Part = TypeVar("_Part", float, Array)
+_add: Callable[[Any, Any], Any] = add
 
 
 def total(x: Array, axis: int = 0) -> Array:
@@ -43,12 +46,11 @@ def total(x: Array, axis: int = 0) -> Array:
     return parts[0]
 
 
-def total_of(numbers: Sequence[float]) -> float:
-    """Return the same sum as `total` of a few numbers; for loops."""
-    parts = numbers
+def total_of(parts: Sequence[_Part]) -> _Part | float:
+    """Return the same sum as `total` of a few numbers, or of arrays of one shape; for loops."""
     while len(parts) > 1:
         half = len(parts) // 2
-        folded = list(map(add, parts[:half], parts[half : 2 * half]))
+        folded: list[Any] = list(map(_add, parts[:half], parts[half : 2 * half]))
         if len(parts) % 2:
             folded[0] += parts[-1]
         parts = folded
@@ -72,14 +74,7 @@ def dot(a: Array, b: Array) -> float:
             folded[0] += parts[n - 1]
         parts, n = folded, half
     rest: list[float] = parts.tolist()  # of few numbers, floats are faster than arrays
-    while n > 1:
-        half, last = n // 2, rest[n - 1]
-        for i in range(half):
-            rest[i] += rest[half + i]
-        if n % 2:
-            rest[0] += last
-        n = half
-    return rest[0] if rest else 0.0
+    return total_of(rest)
 
 
 def dots(a: Array, b: Array) -> Array:

@@ -45,6 +45,8 @@ def test_totals_of_numbers_have_the_same_bits(n: int) -> None:
     kept = x.tolist()
     assert total_of(kept) == float(total(x))
     assert kept == x.tolist()
+    table = np.outer(x, [1.0, -3.0])
+    np.testing.assert_array_equal(total_of(list(table)), total(table))
 
 
 def test_totals_leave_their_input_alone_and_have_a_written_order() -> None:

@@ -119,8 +119,8 @@ class ReachingArm:
         InputError
             If the shapes do not match or a number is not finite.
         """
-        wanted = _checked(pos, quat, wrist)
-        return _known(self, *(each.tobytes() for each in (pos, quat, wanted)))
+        asked = (pos, quat, _checked(pos, quat, wrist))
+        return _known(self, *(np.asarray(each, dtype=float).tobytes() for each in asked))
 
     def worked_out(self, pos: Array, quat: Array, wanted: Array) -> ArmPosture:
         """Return `posture` of inputs that are checked, with an angle asked for at each time."""

@@ -167,11 +167,8 @@ class PalmPath:
 
     def _carried(self, times: Array) -> tuple[Array, Rotation]:
         """Return the rigid motion of palm and object since the squeeze: shift (n, 3) and turn."""
-        shift, turn = np.zeros((len(times), 3)), Rotation.identity(len(times))
-        grasp_point, turned = (
-            self.object_pose.pos + self.object_pose.rotation.apply(self.task.grasp.point),
-            False,
-        )
+        shift, turn, turned = np.zeros((len(times), 3)), Rotation.identity(len(times)), False
+        grasp_point = self.object_pose.pos + self.object_pose.rotation.apply(self.task.grasp.point)
         for step, start in self._steps():
             part = ramp(times, start, step.seconds)[:, None]
             turns = bool(step.angle_deg) and not step.flex

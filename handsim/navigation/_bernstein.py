@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 
 from handsim.navigation.bspline import TensorBSpline
-from handsim.reproducible import product, total
+from handsim.reproducible import product, total, total_of
 from handsim.types import Array, Index, Mask
 
 
@@ -106,16 +106,5 @@ def _along(matrix: Array, array: Array, axis: int) -> Array:
     result = np.empty_like(array)
     rows, products = np.moveaxis(array, axis, 0), np.moveaxis(result, axis, 0)
     for i, weights in enumerate(matrix):
-        products[i] = _summed([row * weight for row, weight in zip(rows, weights, strict=True)])
+        products[i] = total_of([row * weight for row, weight in zip(rows, weights, strict=True)])
     return result
-
-
-def _summed(parts: list[Array]) -> Array:
-    """Return what `total` does of arrays, without bringing them together first."""
-    while len(parts) > 1:
-        half = len(parts) // 2
-        folded = [a + b for a, b in zip(parts[:half], parts[half : 2 * half], strict=True)]
-        if len(parts) % 2:
-            folded[0] += parts[-1]
-        parts = folded
-    return parts[0]

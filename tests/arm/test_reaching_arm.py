@@ -163,3 +163,10 @@ def test_a_path_that_is_asked_for_again_is_known_and_another_is_not():
     ):
         assert not np.array_equal(other.arm, kept)
     np.testing.assert_array_equal(found.arm, kept)
+
+
+def test_positions_and_orientations_may_be_numbers_of_any_kind() -> None:
+    pos, quat = np.array([[0, 0, 0], [0, 0, 0]]), np.array([[1, 0, 0, 0], [1, 0, 0, 0]])
+    np.testing.assert_array_equal(
+        RIGHT.posture(pos, quat).arm, RIGHT.posture(pos.astype(float), quat.astype(float)).arm
+    )

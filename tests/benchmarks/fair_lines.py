@@ -16,6 +16,7 @@ import numpy as np
 
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions, perturb
+from handsim.grasping.plan import ramp
 from handsim.grasping.planning import planner
 from handsim.grasping.planning.grasper import Wanted, search_plan
 from handsim.grasping.planning.planner import run_plan
@@ -33,10 +34,10 @@ BACK = 0.1
 """Time in which a line draws what has left it back [s]."""
 
 
-def minimum_jerk(share: float) -> tuple[float, float]:
-    """Return how far a reach is after a share of its time, and the derivative."""
-    s = min(max(share, 0.0), 1.0)
-    return s**3 * (10 - 15 * s + 6 * s**2), 30 * s**2 * (1 - s) ** 2
+def pace(time: float, duration: float) -> float:
+    """Return the derivative of `ramp` by time [1/s]."""
+    s = min(max(time / duration, 0.0), 1.0)
+    return 30 * s**2 * (1 - s) ** 2 / duration
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,8 @@ class LineTiming:
     duration: float
 
     def velocities(self, z: np.ndarray, time: float) -> np.ndarray:
-        done, speed = minimum_jerk(time / self.duration)
-        way = self.z_goal - self.z_start
-        return speed / self.duration * way + (self.z_start + done * way - z) / BACK
+        way, done = self.z_goal - self.z_start, ramp(time, 0.0, self.duration)
+        return pace(time, self.duration) * way + (self.z_start + done * way - z) / BACK
 
 
 class LineController(GraspController):
@@ -72,7 +72,7 @@ class JointLineDriver(LearnedDriver):
 
     def step(self, time, dt, reference, readings):
         targets, following = super().step(time, dt, reference, readings)
-        left = 1.0 - minimum_jerk(time / self.reach)[0]
+        left = 1.0 - ramp(time, 0.0, self.reach)
         return clip_to_range(targets + left * self.outside), following
 
 

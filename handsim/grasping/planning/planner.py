@@ -310,8 +310,10 @@ class _Search:
         cost, point = minimise(
             lambda x: self.cost(varied(self.controller, start, x, self.box)),
             np.zeros(self.n_varied),
-            generations=effort.generations, seed=seed, spread=effort.spread,
-        )  # fmt: skip
+            generations=effort.generations,
+            seed=seed,
+            spread=effort.spread,
+        )
         return cost, varied(self.controller, start, point, self.box)
 
     def confirmed(self, plan: GraspPlan, cost: float) -> tuple[float, GraspPlan]:

@@ -76,9 +76,6 @@ class Scene:
         add_sensors(spec, task.rule.pressed)
         hand = HandModel.from_spec(spec)
         model = hand.model
-        index = hand.ctrl_index
-        stiffness = model.actuator_gainprm[index, 0]
-        damping = -model.actuator_biasprm[index, 2]
         grasp_object = task.object
         on_arm = conditions.base == "arm"
         names = ARM_JOINT_NAMES if on_arm else ()
@@ -93,8 +90,13 @@ class Scene:
             arm_ctrl=np.array([model.actuator(name).id for name in names], dtype=np.intp),
             object=grasp_object,
             front=front_end(grasp_object),
-            lead=damping / stiffness,
+            lead=servo_lead(model, hand.ctrl_index),
         )
+
+
+def servo_lead(model: mujoco.MjModel, actuators: Index) -> Array:
+    """Return the ratios of damping to stiffness of position actuators (n,) [s]."""
+    return -model.actuator_biasprm[actuators, 2] / model.actuator_gainprm[actuators, 0]
 
 
 def _xml(task: Task, conditions: Conditions) -> str:

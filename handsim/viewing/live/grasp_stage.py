@@ -211,11 +211,11 @@ class GraspStage:
         assert self._what is not None
         name, size = self._what
         conditions, task = Conditions(hand=size), self._place.of(task_by_name(name))
-        runs: list[Rollout | None] = []
-        for each, plan in zip(self._shown, self._plans, strict=True):
-            scene = None if plan is None else Scene.build(task, conditions)
-            made = None if plan is None or scene is None else run_plan(each.controller, scene, plan)
-            runs.append(made)
+        scene = Scene.build(task, conditions)
+        runs = [
+            None if plan is None else run_plan(each.controller, scene, plan)
+            for each, plan in zip(self._shown, self._plans, strict=True)
+        ]
         if all(run is None for run in runs):
             raise InputError(f"No plan is stored; run `handsim grasp --task {name}` once.")
         self.runs, self.time = runs, 0.0

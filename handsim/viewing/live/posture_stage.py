@@ -61,9 +61,7 @@ class PostureStage:
     def view(self) -> View:
         """The camera's place: farther away the more hands there are."""
         n = len(self._shown)
-        middle = (
-            0.8 * (n - 1) * SPACING * _RIGHT
-        )  # what is to the right of it stands behind a panel
+        middle = 0.8 * (n - 1) * SPACING * _RIGHT  # farther right they stand behind a panel
         place, target = (np.array(each) for each in _ALONE)
         back = (1.0 + 0.22 * (n - 1)) * (place - target)
         return tuple(target + middle + back), tuple(target + middle)

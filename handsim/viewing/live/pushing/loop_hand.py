@@ -19,6 +19,7 @@ import numpy as np
 
 from handsim.errors import InputError
 from handsim.grasping.plan import Schedule
+from handsim.grasping.rollout.compiled_scene import servo_lead
 from handsim.grasping.rollout.drivers import LearnedDriver
 from handsim.grasping.rollout.glove import RATE, DataGlove, steps_per_reading
 from handsim.grasping.rollout.run import has_diverged
@@ -66,9 +67,8 @@ class LoopHand:
         self, controller: GraspController, model: mujoco.MjModel, start: Array, goal: Array,
         seed: int = 0,
     ) -> None:  # fmt: skip
-        actuators = [model.actuator(name).id for name in JOINT_NAMES]
-        lead = -model.actuator_biasprm[actuators, 2] / model.actuator_gainprm[actuators, 0]
-        self._controller, self._lead = controller, lead
+        actuators = np.array([model.actuator(name).id for name in JOINT_NAMES], dtype=np.intp)
+        self._controller, self._lead = controller, servo_lead(model, actuators)
         self._driver, self._begun = self._to(start, goal), 0.0
         self._model, self._glove = model, DataGlove()
         self._generator = np.random.default_rng(seed)

@@ -44,7 +44,7 @@ class SubspacePanel:
         The box is the subspace of the first. The others go from the same posture to the same one,
         each in its own subspace.
     recordings
-        ShownController in the subspace, and as ghosts beside the hand.
+        Shown in the subspace, and as ghosts beside the hand.
 
     Attributes
     ----------
