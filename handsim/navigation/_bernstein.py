@@ -1,13 +1,12 @@
 """Splines on boxes in Bernstein form: coefficients that bracket a polynomial on a box."""
 
 from dataclasses import dataclass
-from fractions import Fraction
 from math import comb
 
 import numpy as np
 
 from handsim.navigation.bspline import TensorBSpline
-from handsim.reproducible import product, total, total_of
+from handsim.reproducible import total, total_of
 from handsim.types import Array, Index, Mask
 
 
@@ -28,10 +27,7 @@ class Cells:
         n, degree = spline.coefficients.ndim, spline.basis.degree
         c = spline.coefficients
         for r, axis in enumerate(spline.basis.axes):
-            size = np.diff(axis.breaks)
-            # Power coefficients in t = x - break, then in u = t / size, then Bernstein.
-            powers = axis.pieces[:, :, 0] * _powers(size, degree)[:, :, None]
-            to_cells = product(_power_to_bernstein(degree), powers)
+            to_cells = axis.bernstein
             local = axis.first[:, None] + np.arange(degree + 1)
             # Axes already done lead as pairs (cell, power); the next to do is axis 2 r.
             gathered = np.moveaxis(np.take(c, local, axis=2 * r), (2 * r, 2 * r + 1), (0, 1))
@@ -78,21 +74,6 @@ def corner_index(coefficients: Array) -> tuple[Index, ...]:
     degree = coefficients.shape[1] - 1
     ends = [np.array([0, degree])] * (coefficients.ndim - 1)
     return np.ix_(np.arange(len(coefficients)), *ends)
-
-
-def _powers(x: Array, degree: int) -> Array:
-    """Return 1, x, ..., x^degree of numbers (N,), each the number nearest to it: (N, degree + 1).
-
-    NumPy takes its powers from other code where the processor has AVX-512, with another last bit.
-    """
-    powers = range(degree + 1)
-    return np.array([[float(exact_number**i) for i in powers] for exact_number in map(Fraction, x)])
-
-
-def _power_to_bernstein(degree: int) -> Array:
-    """u^i = sum over j >= i of C(j, i) / C(degree, i) B_j; (degree + 1, degree + 1)."""
-    size = degree + 1
-    return np.array([[comb(j, i) / comb(degree, i) for i in range(size)] for j in range(size)])
 
 
 def _left_half(degree: int) -> Array:

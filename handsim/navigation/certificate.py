@@ -26,6 +26,7 @@ k_min = sup (z - z_goal) . grad beta / (2 beta), the number whose existence the 
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -279,23 +280,28 @@ def _descent_coefficients(cells: Cells, low: Array, high: Array) -> Array:
     """Bernstein coefficients of (z - z_goal) . grad f at the worst corner z_goal for each.
 
     The derivative along one dimension has degree one less, and (z_i - z_goal_i) brings it back: the
-    product of Bernstein polynomials of degrees p - 1 and 1.
+    product of Bernstein polynomials of degrees p - 1 and 1. Its coefficient j is made of those of
+    the derivative beside it, by the linear one's values at the two ends of the cell.
     """
-    degree: int = cells.coefficients.shape[1] - 1
-    total = np.zeros_like(cells.coefficients)
+    c = cells.coefficients
+    degree: int = c.shape[1] - 1
+    sums = np.zeros_like(c)
     for i in range(len(low)):
-        c = np.moveaxis(cells.coefficients, i + 1, -1)
-        extent = (slice(None), *(None,) * (c.ndim - 1))
-        slope = degree * np.diff(c, axis=-1) / cells.size[:, i][extent]
-        at_start = slope * (np.arange(degree, 0, -1) / degree)  # weight of the linear at u = 0
-        at_end = slope * (np.arange(1, degree + 1) / degree)
-        start = cells.origin[:, i][extent]
-        end = start + cells.size[:, i][extent]
-        moved: list[Array] = []
-        for goal in (low[i], high[i]):
-            product = np.zeros_like(c)
-            product[..., :-1] += at_start * (start - goal)
-            product[..., 1:] += at_end * (end - goal)
-            moved.append(product)
-        total += np.moveaxis(np.maximum(*moved), -1, i + 1)
-    return total
+        rows, rows_of_sums = np.moveaxis(c, i + 1, 0), np.moveaxis(sums, i + 1, 0)
+        extent = (slice(None), *(None,) * (rows.ndim - 2))
+        start, size = cells.origin[:, i][extent], cells.size[:, i][extent]
+        slopes = [degree * (after - before) / size for before, after in pairwise(rows)]
+        at_start = [slope * ((degree - j) / degree) for j, slope in enumerate(slopes)]
+        at_end = [slope * ((j + 1) / degree) for j, slope in enumerate(slopes)]
+        ends = [(start - goal, start + size - goal) for goal in (low[i], high[i])]
+        for j in range(degree + 1):
+            of_goals: list[Array] = []
+            for from_start, from_end in ends:
+                if j == 0:
+                    of_goals.append(at_start[0] * from_start)
+                elif j == degree:
+                    of_goals.append(at_end[-1] * from_end)
+                else:
+                    of_goals.append(at_start[j] * from_start + at_end[j - 1] * from_end)
+            rows_of_sums[j] += np.maximum(*of_goals)
+    return sums

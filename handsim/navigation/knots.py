@@ -1,13 +1,15 @@
 """One dimension of a spline space: its knots, and its basis functions as polynomials on cells."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
-from math import factorial
+from math import comb, factorial
 
 import numpy as np
 import numpy.typing as npt
 
 from handsim.errors import InputError
+from handsim.reproducible import product
 from handsim.types import Array, Index
 
 
@@ -75,6 +77,17 @@ class KnotAxis:
             pieces = np.broadcast_to(pieces[0], pieces.shape)
         return pieces
 
+    @cached_property
+    def bernstein(self) -> Array:
+        """Bernstein coefficients of the basis functions, (n_cells, degree + 1, degree + 1).
+
+        ``bernstein[cell, :, i]`` are those of the i-th basis function of the cell, on the cell.
+        """
+        size = np.diff(self.breaks)
+        # Power coefficients in t = x - break, then in u = t / size, then Bernstein.
+        powers = self.pieces[:, :, 0] * _powers(size, self.degree)[:, :, None]
+        return product(_power_to_bernstein(self.degree), powers)
+
     @property
     def even(self) -> bool:
         """Whether all cells have the same pieces."""
@@ -119,3 +132,18 @@ def _at_knots(axis: KnotAxis, order: int) -> Array:
                 values[n - 1] -= weight
                 values[n] = weight
     return np.stack(values, axis=-1)
+
+
+def _powers(x: Array, degree: int) -> Array:
+    """Return 1, x, ..., x^degree of numbers (N,), each the number nearest to it: (N, degree + 1).
+
+    NumPy takes its powers from other code where the processor has AVX-512, with another last bit.
+    """
+    powers = range(degree + 1)
+    return np.array([[float(exact_number**i) for i in powers] for exact_number in map(Fraction, x)])
+
+
+def _power_to_bernstein(degree: int) -> Array:
+    """u^i = sum over j >= i of C(j, i) / C(degree, i) B_j; (degree + 1, degree + 1)."""
+    size = degree + 1
+    return np.array([[comb(j, i) / comb(degree, i) for i in range(size)] for j in range(size)])

@@ -253,8 +253,9 @@ def of_sensors(recording: Recording, constant_everywhere: Mask) -> Iterator[Faul
             JOINT_NAMES[j],
         )
     moving = _moving(recording.time, angles)
+    longest = _longest_still(angles, moving)
     for j in np.flatnonzero(~still & (np.ptp(angles, axis=0) > MOVES_DEG)):
-        share = _longest_still(angles[:, j], moving)
+        share = float(longest[j])
         if share > STUCK:
             yield Fault(
                 *("stuck", "warning", share, STUCK),
@@ -270,14 +271,12 @@ def _moving(time: Array, angles: Array) -> Mask:
     return speed > 0.2 * np.percentile(speed, 90)  # not of the peak, which may be a jump
 
 
-def _longest_still(angle: Array, moving: Mask) -> float:
-    """Longest stretch without change, as a part of the steps in which the hand moves."""
-    same = np.abs(np.diff(angle)) < STUCK_DEG / 10
-    if not moving.any() or not same.any():
-        return 0.0
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
-    counted = np.concatenate([[0], np.cumsum(moving)])
-    return float((counted[edges[1::2]] - counted[edges[::2]]).max() / moving.sum())
+def _longest_still(angles: Array, moving: Mask) -> Array:
+    """Longest stretches without change of joints (N, m), as parts of the steps of movement."""
+    counted = np.cumsum(moving)[:, None]
+    same = np.abs(np.diff(angles, axis=0)) < STUCK_DEG / 10
+    at_last_change = np.maximum.accumulate(np.where(same, 0, counted), axis=0)
+    return (counted - at_last_change).max(axis=0) / max(moving.sum(), 1)
 
 
 def mirrored(recording: Recording, joints: Sequence[str]) -> Fault:

@@ -120,9 +120,11 @@ class Attraction:
 
 
 def _which(different: Array, goals: Array) -> npt.NDArray[np.int64]:
-    """Which of the ``different`` goals each goal is."""
+    """Which of the ``different`` goals each goal is; many in a row are the same."""
     places = {tuple(goal): i for i, goal in enumerate(different.tolist())}
-    return np.array([places[tuple(goal)] for goal in goals.tolist()])
+    is_new = np.append(True, (goals[1:] != goals[:-1]).any(axis=1))
+    of_rows = np.array([places[tuple(goal)] for goal in goals[is_new].tolist()])
+    return of_rows[np.cumsum(is_new) - 1]
 
 
 def traceless_symmetric(n: int) -> Array:
