@@ -318,7 +318,8 @@ def shorter(
 def setup(app: Sphinx) -> dict[str, Any]:
     """Hand it all to Sphinx."""
     app.add_directive("from-code", FromCode)
-    app.connect("builder-inited", write_api)
+    # Before autosummary reads the pages of an earlier build, of modules that may have moved.
+    app.connect("builder-inited", write_api, priority=400)
     app.connect("autodoc-process-docstring", readable, priority=400)
     app.connect("autodoc-process-signature", shorter, priority=400)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
