@@ -152,12 +152,12 @@ def robot_grasper(robot: "RobotHand", people: "Grasper", name: str | None) -> "R
     from handsim.grasping.planning.grasper import ControllerGrasper
     from handsim.grasping.planning.trials.scripted_trials import ScriptedGrasper
     from handsim.grasping.robots.robot_grasper import RobotGrasper
-    from handsim.grasping.robots.robot_lead import ScriptedLead
+    from handsim.grasping.robots.robot_lead import LearnedLead, ScriptedLead
     from handsim.grasping.sweep.spec import DEMONSTRATOR
 
     folder = plan_folder(None if name in (None, DEMONSTRATOR) else Path(name))
     if isinstance(people, ControllerGrasper):
-        return RobotGrasper(people, robot, folder, note)
+        return RobotGrasper(LearnedLead(people), robot, folder, note)
     offsets = people.offsets if isinstance(people, ScriptedGrasper) else None
     return RobotGrasper(ScriptedLead(offsets, fraction_done), robot, folder, note)
 

@@ -8,12 +8,11 @@ from typing import Any
 from handsim.digests import content_digest
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
-from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_key import PlanKey, key_of
 from handsim.grasping.planning.plan_store import Note, PlanStore, StoredPlan, store_of
 from handsim.grasping.robots.robot_clearance import CLEARANCE, RISES
 from handsim.grasping.robots.robot_grip import GRIP_SETTINGS
-from handsim.grasping.robots.robot_lead import LearnedLead, ScriptedLead
+from handsim.grasping.robots.robot_lead import Lead
 from handsim.grasping.robots.robot_movement import WIDER
 from handsim.grasping.robots.robot_planner import RobotGrasps, plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
@@ -38,8 +37,8 @@ class RobotGrasper:
 
     Attributes
     ----------
-    people
-        What the robot follows: a controller that grasps with a person's hand, or a script.
+    lead
+        What moves the person's hand that the robot follows.
     robot
         The hand.
     folder
@@ -50,7 +49,7 @@ class RobotGrasper:
         Plans made by this grasper, by task.
     """
 
-    people: ControllerGrasper | ScriptedLead
+    lead: Lead
     robot: RobotHand
     folder: Path | None = None
     note: Note | None = None
@@ -66,13 +65,6 @@ class RobotGrasper:
     def grasps(self) -> RobotGrasps:
         """Makes the runs."""
         return RobotGrasps(self.lead, Retargeter(self.robot, opening_scale=OPENING_SCALE))
-
-    @property
-    def lead(self) -> LearnedLead | ScriptedLead:
-        """What moves the person's hand."""
-        return (
-            LearnedLead(self.people) if isinstance(self.people, ControllerGrasper) else self.people
-        )
 
     def usual(self, base: Base = "free") -> Conditions:
         """Return the conditions that are planned for."""

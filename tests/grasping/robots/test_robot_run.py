@@ -15,6 +15,7 @@ from handsim.grasping.planning.plan_store import shipped_plans
 from handsim.grasping.planning.planner import STEPS
 from handsim.grasping.robots import robot_grasper as module
 from handsim.grasping.robots.robot_grasper import RobotGrasper, key_of_robot
+from handsim.grasping.robots.robot_lead import LearnedLead
 from handsim.grasping.robots.robot_planner import plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout_file import read_rollout, write_rollout
@@ -158,7 +159,7 @@ def test_a_point_of_the_search_is_a_plan_in_its_steps(controller, plan, grasps):
 def grasper(controller, robot, tmp_path):
     shipped = shipped_plans(controller.digest, Conditions())
     people = ControllerGrasper(controller, shared=(shipped,))
-    return RobotGrasper(people, robot, tmp_path / "plans")
+    return RobotGrasper(LearnedLead(people), robot, tmp_path / "plans")
 
 
 def test_a_plan_is_searched_once_and_kept_for_this_hand_alone(
