@@ -164,3 +164,44 @@ def test_joints_of_a_urdf_that_cannot_be_are_named(tmp_path):
         read_hand_file(written(tmp_path, urdf([joints[0], lost, *joints[2:]])))
     with pytest.raises(InputError, match="no such folder"):
         read_hand_file(written(tmp_path, urdf(joints)), [tmp_path / "none"])
+
+
+FINGER = """
+<mujoco>
+  <compiler angle="radian" {compiler}/>
+  <option timestep="0.002" {option}/>
+  {more}
+  <worldbody><body name="palm"><geom size="0.01"/>
+    <body name="tip" pos="0.05 0 0"><joint name="bend" axis="0 1 0" range="0 1.5" {joint}/>
+    <geom size="0.01"/></body></body></worldbody>
+</mujoco>"""
+
+
+def mjcf(folder: Path, **parts: str) -> Path:
+    all_parts = dict.fromkeys(("compiler", "option", "more", "joint"), "") | parts
+    return written(folder, FINGER.format(**all_parts), "hand.xml")
+
+
+def test_settings_of_other_versions_of_mujoco_are_left_out_and_said(tmp_path):
+    path = mjcf(tmp_path, option='apirate="200" collision="all"', compiler='convexhull="true"')
+    file = read_hand_file(path)
+    assert file.model.opt.timestep == 0.002 and file.model.njnt == 1
+    assert file.notes[-1] == (
+        "settings of another version of MuJoCo are left out: apirate, collision, convexhull"
+    )
+
+
+def test_what_is_said_of_the_hand_and_not_understood_is_refused(tmp_path):
+    with pytest.raises(FileError, match="unrecognized attribute: 'rnage' Element 'joint'"):
+        read_hand_file(mjcf(tmp_path, joint='rnage="0 1"'))
+
+
+def test_what_other_programs_are_told_is_left_out(tmp_path):
+    more = (
+        '<custom><numeric name="n" data="1 2"/></custom><asset><texture type="skybox" '
+        'builtin="gradient" rgb1="0 1 0" width="8" height="8"/></asset>'
+    )
+    file = read_hand_file(mjcf(tmp_path, joint='user="3"', more=more))
+    model = file.model
+    assert (model.nuser_jnt, model.nnumeric, model.ntex) == (0, 0, 0)
+    assert not any(word in file.spec.to_xml() for word in ("<size", "user=", "numeric"))

@@ -19,6 +19,7 @@ from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_start import ARRIVALS, clear_of_table, palm_at_grasp
 from handsim.grasping.rollout.record import Rollout
 from handsim.objects.object import GraspObject
+from handsim.recordings.phases import CUTOFF
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.tasks.task import Task
@@ -146,5 +147,6 @@ def _usual_key(
 def key_of_robot(scene: RobotScene) -> PlanKey:
     """Return the key of plans for a nominal scene with a robot hand."""
     key = key_of(scene)
-    settings = (WIDER, OPENING_SCALE, GRIP_SETTINGS, CLEARANCE, RISES, "even")  # steps of the base
+    base = (CLEARANCE, RISES, "even")  # steps from reading to reading
+    settings = (WIDER, OPENING_SCALE, CUTOFF, GRIP_SETTINGS, *base)
     return replace(key, physics=content_digest(key.physics, *settings))

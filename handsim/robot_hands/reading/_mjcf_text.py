@@ -1,20 +1,29 @@
 """An MJCF made ready for MuJoCo: parts included, meshes in memory, pictures of surfaces dropped."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from pathlib import Path, PurePath
 
 from handsim.errors import FileError
 from handsim.robot_hands.reading._assets import Assets
 from handsim.robot_hands.reading._xml_text import check, parse
 
-_DROPPED = ("keyframe", "size", "statistic")
-"""Sections that a hand needs not: postures and sizes of buffers."""
+_DROPPED = ("keyframe", "size", "statistic", "custom")
+"""Sections that a hand needs not: postures, sizes of buffers, what other programs are told."""
 MOST_INCLUDED = 50
 """Most files that may be included."""
 
 
-def prepare_mjcf(root: ET.Element, path: Path, assets: Assets) -> None:
+def prepare_mjcf(
+    root: ET.Element, path: Path, assets: Assets, unknown: Collection[tuple[str, str]] = ()
+) -> None:
     """Change an MJCF in place.
+
+    Parameters
+    ----------
+    root, path, assets
+    unknown
+        Attributes of elements that are left out.
 
     Raises
     ------
@@ -24,11 +33,18 @@ def prepare_mjcf(root: ET.Element, path: Path, assets: Assets) -> None:
     _include(root, path, assets)
     check(root, path)
     mesh_folders, texture_needed = _folders_of_meshes(root), False
+    for element in root.iter():
+        element.attrib.pop("user", None)  # numbers that mean something to the user's program alone
+        for attribute, tag in unknown:
+            if element.tag == tag:
+                element.attrib.pop(attribute, None)
     for section in _DROPPED:
         for element in root.findall(section):
             root.remove(element)
     for asset in root.iter("asset"):
         _meshes(asset, mesh_folders, assets, path)
+        for sky in asset.findall("texture[@type='skybox']"):
+            asset.remove(sky)
         for texture in asset.findall("texture"):
             if any(key.startswith("file") for key in texture.attrib):
                 asset.remove(texture)
