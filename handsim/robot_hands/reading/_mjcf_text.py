@@ -52,6 +52,7 @@ def prepare_mjcf(
     if texture_needed:
         _without_textures(root)
     _refuse_files(root, path, assets)
+    _bind_joints(root)
     compiler = root.find("compiler")
     if compiler is None:
         compiler = ET.SubElement(root, "compiler")
@@ -59,6 +60,35 @@ def prepare_mjcf(
     for key, least in (("boundmass", "1e-5"), ("boundinertia", "1e-9")):
         if compiler.get(key) is None:
             compiler.set(key, least)
+
+
+def _bind_joints(root: ET.Element) -> None:
+    """Let joints follow each other whose tendon is held at its length: that is the same.
+
+    With ``c1 (q1 - q1*) + c2 (q2 - q2*) = a`` about the reference posture, the first follows the
+    second; or the other way round, where it alone has an actuator.
+    """
+    tendons = {fixed.get("name"): fixed for part in root.iter("tendon") for fixed in part}
+    moved = {each.get("joint") for part in root.findall("actuator") for each in part}
+    for held in [each for part in root.iter("equality") for each in part.findall("tendon")]:
+        fixed = tendons.get(held.get("tendon1"))
+        ends = [] if fixed is None or fixed.tag != "fixed" else fixed.findall("joint")
+        try:
+            ways = {each.get("joint", ""): float(each.get("coef", "")) for each in ends}
+            length = float(held.get("polycoef", "0").split()[0])
+        except (ValueError, IndexError):
+            continue
+        if held.get("tendon2") or len(ends) != 2 or len(ways) != 2 or 0.0 in ways.values():
+            continue
+        follows, leads = ways
+        if follows in moved and leads not in moved:
+            follows, leads = leads, follows
+        slope = -ways[leads] / ways[follows]
+        held.tag = "joint"
+        del held.attrib["tendon1"]
+        held.set("joint1", follows)
+        held.set("joint2", leads)
+        held.set("polycoef", f"{length / ways[follows]:.9g} {slope:.9g} 0 0 0")
 
 
 def _include(root: ET.Element, path: Path, assets: Assets) -> None:
