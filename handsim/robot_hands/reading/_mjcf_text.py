@@ -33,18 +33,9 @@ def prepare_mjcf(
     _include(root, path, assets)
     check(root, path)
     mesh_folders, texture_needed = _folders_of_meshes(root), False
-    for element in root.iter():
-        element.attrib.pop("user", None)  # numbers that mean something to the user's program alone
-        for attribute, tag in unknown:
-            if element.tag == tag:
-                element.attrib.pop(attribute, None)
-    for section in _DROPPED:
-        for element in root.findall(section):
-            root.remove(element)
+    _drop(root, unknown)
     for asset in root.iter("asset"):
         _meshes(asset, mesh_folders, assets, path)
-        for sky in asset.findall("texture[@type='skybox']"):
-            asset.remove(sky)
         for texture in asset.findall("texture"):
             if any(key.startswith("file") for key in texture.attrib):
                 asset.remove(texture)
@@ -60,6 +51,20 @@ def prepare_mjcf(
     for key, least in (("boundmass", "1e-5"), ("boundinertia", "1e-9")):
         if compiler.get(key) is None:
             compiler.set(key, least)
+
+
+def _drop(root: ET.Element, unknown: Collection[tuple[str, str]]) -> None:
+    """Take out what a hand needs not, skies among it."""
+    for section in _DROPPED:
+        for element in root.findall(section):
+            root.remove(element)
+    for element in root.iter():
+        element.attrib.pop("user", None)  # numbers that mean something to the user's program alone
+        for attribute, tag in unknown:
+            if element.tag == tag:
+                element.attrib.pop(attribute, None)
+        for sky in element.findall("texture[@type='skybox']"):
+            element.remove(sky)
 
 
 def _bind_joints(root: ET.Element) -> None:
