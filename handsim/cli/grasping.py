@@ -67,6 +67,10 @@ def grasp(
         Path | None,
         typer.Option("--hand", help="MJCF or URDF of a robot hand, which follows the controller."),
     ] = None,
+    folder: Annotated[
+        list[Path] | None,
+        typer.Option("--folder", help="Folder of meshes of --hand; may be repeated."),
+    ] = None,
     replay: Annotated[
         bool,
         typer.Option(
@@ -133,7 +137,7 @@ def grasp(
 
     size = hand_size(hand_length, hand_breadth, side)
     conditions = _conditions(size, base_for(base, hand), seed, friction)
-    robot = robot_that_grasps(hand, protocol=protocol, replay=replay)
+    robot = robot_that_grasps(hand, folder or (), protocol=protocol, replay=replay)
     say_base(conditions.base)
     of_person = conditions if robot is None else person_beside(robot, conditions)
     said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}

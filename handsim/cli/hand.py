@@ -1,5 +1,6 @@
 """`handsim hand`: models of the hand as files, and robot hands as users bring them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -93,12 +94,17 @@ def _group(context: typer.Context) -> None:
     help_where_alone(context)
 
 
-def robot_that_grasps(file: Path | None, *, protocol: str, replay: bool) -> "RobotHand | None":
+def robot_that_grasps(
+    file: Path | None, folders: Sequence[Path], *, protocol: str, replay: bool
+) -> "RobotHand | None":
     """Read a robot hand, if one is asked for and can do the rest, and say what was mended."""
+    from handsim.errors import InputError
+
     if file is None:
+        if folders:
+            raise InputError("--folder is about meshes of a robot hand; give its file by --hand")
         return None
 
-    from handsim.errors import InputError
     from handsim.retargeting.robot_hand import RobotHand
 
     refused = {
@@ -107,7 +113,7 @@ def robot_that_grasps(file: Path | None, *, protocol: str, replay: bool) -> "Rob
     }
     for reason in (reason for reason, asked in refused.items() if asked):
         raise InputError(f"{reason}, --hand names a robot's; drop one of the two")
-    robot = RobotHand(file)
+    robot = RobotHand(file, folders=folders)
     for line in robot.notes:
         note(line)
     return robot
@@ -152,12 +158,12 @@ def robot_grasper(robot: "RobotHand", people: "Grasper", name: str | None) -> "R
     from handsim.grasping.planning.grasper import ControllerGrasper
     from handsim.grasping.planning.trials.scripted_trials import ScriptedGrasper
     from handsim.grasping.robots.robot_grasper import RobotGrasper
-    from handsim.grasping.robots.robot_lead import ScriptedLead
+    from handsim.grasping.robots.robot_lead import LearnedLead, ScriptedLead
     from handsim.grasping.sweep.spec import DEMONSTRATOR
 
     folder = plan_folder(None if name in (None, DEMONSTRATOR) else Path(name))
     if isinstance(people, ControllerGrasper):
-        return RobotGrasper(people, robot, folder, note)
+        return RobotGrasper(LearnedLead(people), robot, folder, note)
     offsets = people.offsets if isinstance(people, ScriptedGrasper) else None
     return RobotGrasper(ScriptedLead(offsets, fraction_done), robot, folder, note)
 

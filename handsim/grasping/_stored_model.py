@@ -11,6 +11,10 @@ from collections.abc import Mapping
 from handsim.errors import InputError
 
 _PLACE = "name class pos quat"
+_TENDON = (
+    "name class group limited range margin stiffness damping frictionloss springlength armature"
+    " solreflimit solimplimit solreffriction solimpfriction actuatorfrclimited actuatorfrcrange"
+)
 _ALLOWED: dict[str, str] = {
     "mujoco": "model",
     "compiler": "angle autolimits",
@@ -22,9 +26,12 @@ _ALLOWED: dict[str, str] = {
     "map": "zfar znear",
     "default": "class",
     "asset": "",
-    "texture": "name type builtin colorspace rgb1 rgb2 width height",
-    "material": "name texture rgba shininess specular reflectance",
-    "mesh": "name class vertex face inertia file scale",
+    "texture": "name type builtin colorspace rgb1 rgb2 width height mark markrgb random",
+    "material": (
+        "name class texture texrepeat texuniform rgba shininess specular reflectance emission"
+        " metallic roughness"
+    ),
+    "mesh": "name class vertex face inertia file scale refpos refquat smoothnormal maxhullvert",
     "worldbody": "",
     "frame": f"{_PLACE} childclass",
     "body": f"{_PLACE} childclass gravcomp mocap",
@@ -33,13 +40,15 @@ _ALLOWED: dict[str, str] = {
     "joint": (
         f"{_PLACE} armature axis damping frictionloss group joint1 joint2 limited polycoef range"
         " ref solimplimit solref solimp solreflimit springref stiffness type margin"
-        " actuatorfrcrange joint coef"
+        " actuatorfrcrange actuatorfrclimited actuatorgravcomp solreffriction solimpfriction"
+        " joint coef"
     ),
     "geom": (
         f"{_PLACE} conaffinity condim contype density friction group margin gap mass material mesh"
-        " priority rgba size solref solimp solmix type fromto"
+        " priority rgba size solref solimp solmix type fromto shellinertia fluidshape fluidcoef"
+        " geom sidesite"
     ),
-    "site": f"{_PLACE} group size type rgba material",
+    "site": f"{_PLACE} group size type rgba material fromto site",
     "camera": f"{_PLACE} fovy mode target resolution",
     "light": f"{_PLACE} diffuse ambient dir specular type castshadow mode target",
     "contact": "",
@@ -48,14 +57,17 @@ _ALLOWED: dict[str, str] = {
     "equality": "",
     "weld": "name class body1 body2 relpose solref solimp torquescale anchor site1 site2",
     "connect": "name class body1 body2 anchor solref solimp site1 site2",
-    "tendon": "",
-    "fixed": "name class range limited stiffness damping frictionloss springlength solreflimit",
+    "tendon": f"{_TENDON} width rgba material",
+    "fixed": _TENDON,
+    "spatial": f"{_TENDON} width rgba material",
+    "pulley": "divisor",
     "actuator": "",
     "general": (
         "name class biasprm biastype ctrllimited ctrlrange dynprm dyntype forcelimited forcerange"
-        " gainprm gaintype gear input joint tendon site refsite"
+        " gainprm gaintype gear input joint tendon site refsite group actlimited actrange actearly"
+        " lengthrange"
     ),
-    "position": "name class joint kp kv ctrlrange forcerange ctrllimited forcelimited",
+    "position": ("name class joint kp kv ctrlrange forcerange ctrllimited forcelimited gear group"),
     "sensor": "",
     "actuatorfrc": "name actuator",
     "jointpos": "name joint",

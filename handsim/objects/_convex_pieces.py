@@ -4,7 +4,9 @@ CoACD is native code that can crash or run without end on a mesh that crosses it
 process turns that into an error.
 """
 
+import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -30,8 +32,12 @@ SETTINGS: dict[str, Any] = {
 60 iterations and a resolution of 1000 take 14 s, with the same excess volume."""
 
 MODES = {"off": 60.0, "auto": 12.0}
-"""How the mesh is prepared, in turn, and how long each may take [s]. CoACD's repair of what crosses
-itself can run without end, and is seldom needed: it comes second, where the first crashed."""
+"""How the mesh is prepared, in turn, and how long each may take [s of the processor, so that a busy
+machine refuses no other meshes]. CoACD's repair of what crosses itself can run without end, and is
+seldom needed: it comes second, where the first crashed."""
+PATIENCE = 10.0
+"""How many times as long by the clock a process may take that gets no processor, or cannot be
+limited."""
 
 
 def decompose(vertices: Array, faces: npt.NDArray[np.integer], seed: int) -> list[Array]:
@@ -70,23 +76,34 @@ def decompose(vertices: Array, faces: npt.NDArray[np.integer], seed: int) -> lis
 def _run(mode: str, limit: float, given: Path, made: Path) -> None:
     """Decompose in a process of its own; there is no file ``made`` if that crashes."""
     module = [sys.executable, "-m", "handsim.objects._convex_pieces"]
+    too_long = InputError(f"the mesh was not decomposed within {limit:g} s; simplify it")
     try:
-        subprocess.run(
-            [*module, mode, str(given), str(made)],
-            timeout=limit,
+        ended = subprocess.run(
+            [*module, mode, str(limit), str(given), str(made)],
+            timeout=PATIENCE * limit,
             capture_output=True,
             check=False,
             env=os.environ | {"OMP_NUM_THREADS": "1"},
         )
     except subprocess.TimeoutExpired:
-        raise InputError(f"the mesh was not decomposed within {limit:g} s; simplify it") from None
+        raise too_long from None
+    over = getattr(signal, "SIGXCPU", None)
+    if over is not None and ended.returncode == -over:
+        raise too_long
 
 
 def main() -> None:
-    """Decompose a mesh: a mode, its file, and the file for the pieces on the command line."""
+    """Decompose a mesh: mode, limit [s], its file, and that for the pieces on the command line."""
+    mode, limit = sys.argv[1:3]
+    given, made = (Path(name) for name in sys.argv[3:])
+    if find_spec("resource") is not None:
+        import resource
+
+        most = math.ceil(float(limit))
+        resource.setrlimit(resource.RLIMIT_CPU, (most, most + 1))
+
     import coacd
 
-    mode, given, made = sys.argv[1], *(Path(name) for name in sys.argv[2:])
     coacd.set_log_level("error")
     with np.load(given) as mesh:
         parts = coacd.run_coacd(

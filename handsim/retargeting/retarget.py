@@ -16,7 +16,7 @@ moves about where it is rooted, however broad the palm is. Openings count the mo
 are: grasps live there, and what touches in the human hand must touch in the robot's.
 
 The wrist's two angles are not mapped: they belong to whatever carries the robot's palm. Ball
-joints, closed loops and equalities of tendons are refused.
+joints, closed loops and tendons that are held together are refused.
 """
 
 from dataclasses import dataclass, replace

@@ -26,6 +26,7 @@ from handsim.retargeting._links import LinkFrames, Links
 from handsim.robot_hands.finger_lines import finger_line, length_of
 from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames, read_frames
 from handsim.robot_hands.hand_proposals import propose_frames
+from handsim.robot_hands.reading.hand_alone import hand_alone
 from handsim.robot_hands.reading.hand_file import HandFile, read_hand_file
 from handsim.types import Array, Index, Side
 
@@ -145,17 +146,17 @@ class RobotHand:
             if isinstance(source, mujoco.MjSpec)
             else read_hand_file(source, folders)
         )
-        self.spec, self.placeholders = file.spec, file.placeholders
-        self.model = file.model
         if palm is not None and fingertips is not None:
             frames = _given(palm, fingertips, knuckles or {})
         elif frames is None and isinstance(source, Path | str):
             beside = Path(source).with_suffix(".toml")
             frames = beside if beside.is_file() else None
         if frames is None:
-            frames = propose_frames(self.model, file.placeholders)
+            frames = propose_frames(file.model, file.placeholders)
         elif isinstance(frames, Path | str):
             frames = read_frames(frames)
+        file = hand_alone(file, frames)
+        self.spec, self.model, self.placeholders = file.spec, file.model, file.placeholders
         self.frames = frames
         self.side: Side = frames.side
         self.notes = (*file.notes, f"palm and fingertips: {frames.origin}")

@@ -66,6 +66,7 @@ def mount_robot_hand(
         carried.mass, carried.inertia, carried.ipos = 1e-3, np.full(3, 1e-6), np.zeros(3)
         carried.explicitinertial = True  # without a position, XML would leave it out
     own = hand.copy()
+    own.option = scene.option  # which count anyway; MuJoCo would warn of those that differ
     origin, turn = _inverse(own, palm)
     scene.attach(own, prefix=prefix, frame=carried.add_frame(pos=origin, quat=turn))
     return base

@@ -31,6 +31,8 @@ class Preset:
         Joints at which fingers begin, where that is not the first of their own.
     joints
         Joints that must be there, to tell hands apart whose links have the same names.
+    others
+        Links that must not be there, for the same reason: those of fingers that the hand has not.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Preset:
     fingertips: Mapping[Finger, tuple[str, ...]]
     knuckles: Mapping[Finger, str] = field(default_factory=dict[Finger, str])
     joints: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
 
 
 def _all(*names: str) -> dict[Finger, tuple[str, ...]]:
@@ -55,8 +58,13 @@ _INSPIRE = _all(
 PRESETS: tuple[Preset, ...] = (
     Preset("Shadow", ("palm",), _ANATOMIC, {"little": "LFJ4"}, ("LFJ5", "FFJ4")),
     Preset("Adroit", ("palm",), _ANATOMIC, {"little": "LFJ3"}, ("LFJ4", "FFJ0")),
-    Preset("Shadow", ("palm",), _all("thdistal", "ffdistal", "mfdistal", "rfdistal")),
-    Preset("Allegro", ("palm",), _all("th_tip", "ff_tip", "mf_tip", "rf_tip")),
+    Preset(
+        "Shadow",
+        ("palm",),
+        _all("thdistal", "ffdistal", "mfdistal", "rfdistal"),
+        others=("lfdistal",),
+    ),
+    Preset("Allegro", ("palm",), _all("th_tip", "ff_tip", "mf_tip", "rf_tip"), others=("lf_tip",)),
     Preset(
         "Allegro",
         ("base_link", "palm", "palm_link"),
@@ -131,6 +139,8 @@ def recognise(bodies: Sequence[str], joints: Sequence[str]) -> NamedLinks | None
             f: _find((name,), joints) for f, name in preset.knuckles.items()
         }
         needed = [_find((name,), joints) for name in preset.joints]
+        if _find(preset.others, bodies):
+            continue
         if all(tips.values()) and all(knuckles.values()) and all(needed):
             return NamedLinks(preset.name, _find(preset.palm, bodies), tips, knuckles)
     return None

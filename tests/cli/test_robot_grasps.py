@@ -161,3 +161,22 @@ def test_an_own_thing_is_grasped_by_the_grasp_that_a_person_found(
     again = json.loads(run(*asked, "--json").out)  # both plans lie beside the controller
     assert len(searched) == 1
     assert again["per_trial"] == said["per_trial"]
+
+
+def test_meshes_of_a_hand_are_looked_for_in_the_folders_that_are_named(run, hand, tmp_path):
+    trimesh.creation.box([0.01] * 3).export(tmp_path / "elsewhere.stl")
+    text = hand.read_text()
+    at = text.index("<worldbody>")
+    mesh = '<asset><mesh name="elsewhere" file="package://things/elsewhere.stl"/></asset>'
+    hand.write_text(text[:at] + mesh + text[at:])
+    (tmp_path / "far" / "things").mkdir(parents=True)
+    shutil.move(tmp_path / "elsewhere.stl", tmp_path / "far" / "things")
+    asked = ("grasp", "--task", "no-task", "--hand", hand)
+    assert "1 meshes are left out" in run(*asked).err
+    assert "meshes are left out" not in run(*asked, "--folder", tmp_path / "far").err
+
+
+def test_a_folder_without_a_hand_is_refused(run, tmp_path):
+    said = run("grasp", "--task", "cube-raise", "--folder", tmp_path)
+    assert said.code == 2
+    assert "--folder is about meshes of a robot hand; give its file by --hand" in said.err

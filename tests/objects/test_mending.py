@@ -82,6 +82,20 @@ def test_a_triangle_that_is_missing_is_put_back() -> None:
     assert volume(solid) == pytest.approx(signed_volume(whole.vertices, whole.faces))
 
 
+@pytest.mark.parametrize("missing", [1, 2])
+def test_long_triangles_that_are_missing_are_put_back(missing: int) -> None:
+    """The wall of a bottle is made of slivers as long as itself: a hole of many corners is not."""
+    whole = of(trimesh.creation.cylinder(radius=0.03, height=0.2, sections=64))
+    wall = np.nonzero(np.ptp(whole.vertices[whole.faces][:, :, 2], axis=1) > 0.1)[0]
+    shared = np.isin(whole.faces[wall], whole.faces[wall[0]]).sum(axis=1)
+    solid = mend(without(whole, *wall[np.argsort(-shared, kind="stable")][:missing].tolist()))
+    assert solid.mended == ("1 small hole closed, of a triangle or two",)
+    assert volume(solid) == pytest.approx(signed_volume(whole.vertices, whole.faces), rel=1e-3)
+    many = [i for i in wall if abs(whole.vertices[whole.faces[i], 0]).max() < 0.02]
+    with pytest.raises(InputError, match="not watertight"):
+        mend(without(whole, *many[: len(many) // 4]))
+
+
 def test_seams_are_closed() -> None:
     apart = soup(box())
     vertices = apart.vertices + np.random.default_rng(0).uniform(-2e-6, 2e-6, apart.vertices.shape)

@@ -1,5 +1,7 @@
 import builtins
+import os
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
@@ -8,6 +10,7 @@ import pytest
 import trimesh
 
 from handsim.errors import FileError, InputError, MissingToolError
+from handsim.objects import _convex_pieces
 from handsim.objects._convex_pieces import MODES
 from handsim.objects.contact_pieces import MAX_HULL_POINTS
 from handsim.objects.mesh_import import object_from_mesh, read_object
@@ -109,6 +112,31 @@ def test_a_decomposition_without_end_is_an_error(
     monkeypatch.setitem(MODES, "off", 0.01)
     with pytest.raises(InputError, match="not decomposed within"):
         object_from_mesh(path, 0.1)
+
+
+@pytest.mark.skipif(find_spec("resource") is None, reason="no limits of the processor's time")
+@pytest.mark.parametrize(("busy", "refused"), [("while True: pass", True), ("sleep(2.0)", False)])
+def test_what_counts_is_the_time_of_the_processor(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, busy: str, refused: bool
+) -> None:
+    """Where it is given to other programs, a mesh that takes longer by the clock is not refused."""
+    pytest.importorskip("coacd", reason="concave meshes are decomposed by coacd")
+    (tmp_path / "coacd.py").write_text(
+        "from time import sleep\ndef set_log_level(level): pass\n"
+        "def Mesh(vertices, faces): return vertices, faces\n"
+        f"def run_coacd(mesh, **options):\n    {busy}\n    return [mesh]\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    monkeypatch.setitem(MODES, "off", 1.0)
+    monkeypatch.setattr(_convex_pieces, "PATIENCE", 60.0)
+    path = saved(bracket(), tmp_path / "bracket.stl")
+    if refused:
+        before = sum(os.times()[2:4])  # of ended children
+        with pytest.raises(InputError, match="not decomposed within 1 s; simplify it"):
+            object_from_mesh(path, 0.1)
+        assert sum(os.times()[2:4]) - before < 4.0
+    else:
+        assert len(object_from_mesh(path, 0.1).colliders) == 1
 
 
 def test_a_mesh_with_a_large_hole_is_refused_by_name(tmp_path: Path) -> None:

@@ -164,3 +164,81 @@ def test_joints_of_a_urdf_that_cannot_be_are_named(tmp_path):
         read_hand_file(written(tmp_path, urdf([joints[0], lost, *joints[2:]])))
     with pytest.raises(InputError, match="no such folder"):
         read_hand_file(written(tmp_path, urdf(joints)), [tmp_path / "none"])
+
+
+FINGER = """
+<mujoco>
+  <compiler angle="radian" {compiler}/>
+  <option timestep="0.002" {option}/>
+  {more}
+  <worldbody><body name="palm"><geom size="0.01"/>
+    <body name="tip" pos="0.05 0 0"><joint name="bend" axis="0 1 0" range="0 1.5" {joint}/>
+    <geom size="0.01"/></body></body></worldbody>
+</mujoco>"""
+
+
+def mjcf(folder: Path, **parts: str) -> Path:
+    all_parts = dict.fromkeys(("compiler", "option", "more", "joint"), "") | parts
+    return written(folder, FINGER.format(**all_parts), "hand.xml")
+
+
+def test_settings_of_other_versions_of_mujoco_are_left_out_and_said(tmp_path):
+    path = mjcf(tmp_path, option='apirate="200" collision="all"', compiler='convexhull="true"')
+    file = read_hand_file(path)
+    assert file.model.opt.timestep == 0.002 and file.model.njnt == 1
+    assert file.notes[-1] == (
+        "settings of another version of MuJoCo are left out: apirate, collision, convexhull"
+    )
+
+
+def test_what_is_said_of_the_hand_and_not_understood_is_refused(tmp_path):
+    with pytest.raises(FileError, match="unrecognized attribute: 'rnage' Element 'joint'"):
+        read_hand_file(mjcf(tmp_path, joint='rnage="0 1"'))
+
+
+def test_what_other_programs_are_told_is_left_out(tmp_path):
+    more = (
+        '<custom><numeric name="n" data="1 2"/></custom><asset><texture type="skybox" '
+        'builtin="gradient" rgb1="0 1 0" width="8" height="8"/></asset>'
+    )
+    file = read_hand_file(mjcf(tmp_path, joint='user="3"', more=more))
+    model = file.model
+    assert (model.nuser_jnt, model.nnumeric, model.ntex) == (0, 0, 0)
+    assert not any(word in file.spec.to_xml() for word in ("<size", "user=", "numeric"))
+
+
+BOUND = """
+<mujoco>
+  <worldbody><body name="palm"><geom size="0.01"/>
+    <body pos="0.05 0 0"><joint name="first" axis="0 1 0" ref="20"/><geom size="0.01"/>
+      <body pos="0.05 0 0"><joint name="second" axis="0 1 0"/><geom size="0.01"/>
+  </body></body></body></worldbody>
+  <tendon>
+    <fixed name="t"><joint joint="second" coef="0.02"/><joint joint="first" coef="-0.01"/></fixed>
+    <fixed name="u"><joint joint="second" coef="1"/></fixed>
+  </tendon>
+  <equality><tendon name="e" tendon1="t" {with_} polycoef="0.004 1 0 0 0"/></equality>
+  <actuator><position joint="{moved}" kp="1"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("moved", ["first", "second"])
+def test_joints_whose_tendon_keeps_its_length_follow_each_other(tmp_path, moved):
+    path = written(tmp_path, BOUND.format(moved=moved, with_=""), "hand.xml")
+    model = read_hand_file(path).model
+    as_given = mujoco.MjModel.from_xml_string(BOUND.format(moved=moved, with_=""))
+    assert model.eq_type[0] == mujoco.mjtEq.mjEQ_JOINT.value
+    assert model.joint(int(model.eq_obj2id[0])).name == moved, "what has an actuator leads"
+    at = []
+    for each in (model, as_given):
+        data = mujoco.MjData(each)
+        data.qpos += [0.5, 0.3]
+        mujoco.mj_forward(each, data)
+        at.append(data.efc_pos[0] / data.efc_J.ravel()[1])  # by how much the second joint is off
+    assert at[0] == pytest.approx(at[1], rel=1e-6)
+
+
+def test_two_tendons_that_are_held_together_are_left_as_they_are(tmp_path):
+    text = BOUND.format(moved="first", with_='tendon2="u"')
+    model = read_hand_file(written(tmp_path, text, "hand.xml")).model
+    assert model.eq_type[0] == mujoco.mjtEq.mjEQ_TENDON.value

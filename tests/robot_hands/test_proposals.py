@@ -163,6 +163,18 @@ def test_published_hands_are_recognised_by_their_link_names(bodies, joints, name
     assert recognise(bodies[:-1], joints) is None
 
 
+@pytest.mark.parametrize(
+    ("bodies", "joints", "left_out"),
+    [
+        (["palm", *(f"{f}_tip" for f in ("ff", "mf", "rf", "th"))], [], "R_lf_tip"),
+        (["palm", *(f"rh_{f}distal" for f in ("ff", "mf", "rf", "th"))], [], "rh_lfdistal"),
+    ],
+)
+def test_a_hand_of_four_fingers_is_not_seen_in_one_of_five(bodies, joints, left_out):
+    assert recognise(bodies, joints) is not None
+    assert recognise([*bodies, left_out], joints) is None
+
+
 @pytest.mark.real_data
 @pytest.mark.skipif(not DATA.is_dir(), reason="the robot hands are not beside the checkout")
 @pytest.mark.parametrize(

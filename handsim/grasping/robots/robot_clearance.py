@@ -41,7 +41,7 @@ def cleared(
         When the palm is in place [s].
     """
     rows = np.unique(np.append(np.arange(0, commands.action, EVERY), commands.action))
-    told = movement.told[movement.row[rows]] + commands.closed[rows, None] * movement.closing
+    told = movement.told[rows] + commands.closed[rows, None] * movement.closing
     told = np.clip(told, scene.robot.lower, scene.robot.upper)
     low, turned = commands.palm_pos - CLEARANCE * UP, commands.palm_quat
     needed = np.array(

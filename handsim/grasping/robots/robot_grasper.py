@@ -8,18 +8,18 @@ from typing import Any
 from handsim.digests import content_digest
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
-from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_key import PlanKey, key_of
 from handsim.grasping.planning.plan_store import Note, PlanStore, StoredPlan, store_of
 from handsim.grasping.robots.robot_clearance import CLEARANCE, RISES
 from handsim.grasping.robots.robot_grip import GRIP_SETTINGS
-from handsim.grasping.robots.robot_lead import LearnedLead, ScriptedLead
+from handsim.grasping.robots.robot_lead import Lead
 from handsim.grasping.robots.robot_movement import WIDER
 from handsim.grasping.robots.robot_planner import RobotGrasps, plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.robots.robot_start import ARRIVALS, clear_of_table, palm_at_grasp
 from handsim.grasping.rollout.record import Rollout
 from handsim.objects.object import GraspObject
+from handsim.recordings.phases import CUTOFF
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.tasks.task import Task
@@ -38,8 +38,8 @@ class RobotGrasper:
 
     Attributes
     ----------
-    people
-        What the robot follows: a controller that grasps with a person's hand, or a script.
+    lead
+        What moves the person's hand that the robot follows.
     robot
         The hand.
     folder
@@ -50,7 +50,7 @@ class RobotGrasper:
         Plans made by this grasper, by task.
     """
 
-    people: ControllerGrasper | ScriptedLead
+    lead: Lead
     robot: RobotHand
     folder: Path | None = None
     note: Note | None = None
@@ -66,13 +66,6 @@ class RobotGrasper:
     def grasps(self) -> RobotGrasps:
         """Makes the runs."""
         return RobotGrasps(self.lead, Retargeter(self.robot, opening_scale=OPENING_SCALE))
-
-    @property
-    def lead(self) -> LearnedLead | ScriptedLead:
-        """What moves the person's hand."""
-        return (
-            LearnedLead(self.people) if isinstance(self.people, ControllerGrasper) else self.people
-        )
 
     def usual(self, base: Base = "free") -> Conditions:
         """Return the conditions that are planned for."""
@@ -154,5 +147,6 @@ def _usual_key(
 def key_of_robot(scene: RobotScene) -> PlanKey:
     """Return the key of plans for a nominal scene with a robot hand."""
     key = key_of(scene)
-    settings = (WIDER, OPENING_SCALE, GRIP_SETTINGS, CLEARANCE, RISES, "even")  # steps of the base
+    base = (CLEARANCE, RISES, "even")  # steps from reading to reading
+    settings = (WIDER, OPENING_SCALE, CUTOFF, GRIP_SETTINGS, *base)
     return replace(key, physics=content_digest(key.physics, *settings))

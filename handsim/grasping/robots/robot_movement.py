@@ -17,6 +17,7 @@ from handsim.grasping.rollout.commands import Commands
 from handsim.grasping.rollout.drivers import Driver, LearnedDriver
 from handsim.grasping.rollout.glove import RATE
 from handsim.joints import Finger, clip_to_range
+from handsim.recordings.phases import low_pass
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.types import Array, Index
@@ -35,10 +36,8 @@ class RobotMovement:
     ----------
     postures : (n, 22) [rad]
         What a person's hand would be told at each reading, without squeeze and flexion.
-    told : (k, m)
-        Coordinates of the robot [rad or m], each different one once.
-    row : (n,)
-        Which of them it is told at each reading.
+    told : (n, m)
+        Coordinates of the robot at each reading [rad or m].
     closing : (m,)
         What its coordinates change by as the hand squeezes.
     flexion : (n, m)
@@ -52,7 +51,6 @@ class RobotMovement:
 
     postures: Array
     told: Array
-    row: Index
     closing: Array
     flexion: Array
     shift: Array
@@ -132,18 +130,18 @@ def robot_movement(
     bent = x[len(way) + CLOSING_STEPS :] - end
     bent[~flexed.any(axis=1)] = 0.0
     squeezed = commands.schedule.squeeze_start + commands.schedule.squeeze
-    wider = WIDER * (1.0 - ramp(commands.times[different], arrival, squeezed - arrival))
-    told = np.clip(x[: len(way)] - wider[:, None] * (closed - end), robot.lower, robot.upper)
+    wider = WIDER * (1.0 - ramp(commands.times, arrival, squeezed - arrival))
+    smooth = low_pass(x[row], RATE)
+    told = np.clip(smooth - wider[:, None] * (closed - end), robot.lower, robot.upper)
     mine = middle_between(robot, told, fingers)
-    theirs = middle_between(retargeter.person.hand, way[:, retargeter.person.glove], fingers)
+    theirs = middle_between(retargeter.person.hand, postures[:, retargeter.person.glove], fingers)
     shift = (theirs - theirs[-1]) - (mine - mine[-1])
     return RobotMovement(
         postures,
         told,
-        row,
         closed - end,
         bent[which.reshape(-1)],
-        shift[row],
+        shift,
         float(mapped.opening_error[len(way) - 1].max()),
     )
 

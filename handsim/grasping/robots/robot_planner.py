@@ -157,13 +157,18 @@ def plan_robot_grasp(
     generations
         Of a search, which is made where the best start does not hold with room to spare.
     seed
-        Of the first search; what does not hold in its whole task is where another one begins.
+        Of the first search; what does not hold in its whole task is where another one begins, in
+        that task.
     progress
         Called with the fraction done, as far as can be told (`search.Estimate`).
     """
     robot = grasps.retargeter.robot
     tried = tried_conditions(conditions, N_PERTURBED)
-    scenes = [RobotScene.build(shortened(task), each, robot) for each in tried]
+
+    def scenes_of(task: Task) -> list[RobotScene]:
+        return [RobotScene.build(task, each, robot) for each in tried]
+
+    scenes = scenes_of(shortened(task))
     estimate = Estimate(progress)
     most = Effort(generations).most
     estimate.expect(len(starts) + most)
@@ -178,8 +183,9 @@ def plan_robot_grasp(
     attempt, run = 0, None
     while run is None or (attempt < ATTEMPTS and not run.outcome.success):
         start = plan
-        if attempt:
+        if attempt:  # what the short task does not show, the whole one does
             estimate.expect(most)
+            scenes = scenes_of(task)
         _, point = minimise(
             lambda x, start=start: cost(grasps.lead.varied(start, x)),
             np.zeros(grasps.lead.n_varied),

@@ -70,7 +70,7 @@ def simulate_robot(
     run = _Run(scene, commands, movement, plan.grip)
     n = run.make(brief)
     arrival = min(commands.arrival, n - 1)
-    off = run.states["qpos"][arrival, scene.qpos_index] - movement.told[movement.row[arrival]]
+    off = run.states["qpos"][arrival, scene.qpos_index] - movement.told[arrival]
     return record_of(
         scene,
         commands,
@@ -112,7 +112,7 @@ class _Run:
         self._grip = RobotGrip(
             movement.closing, grip, servos, np.asarray((movement.flexion == 0.0).all(axis=0))
         )
-        self._told = movement.told[movement.row]
+        self._told = movement.told
         speed = np.gradient(self._told, 1.0 / RATE, axis=0)
         self._added = movement.flexion + servos.lead * speed
         latency = round(scene.conditions.latency * RATE)

@@ -30,6 +30,9 @@ EXACT, SEAM = 1e-7, 2e-4
 longest side. Writers of files round to six digits or more."""
 MAX_HOLE = 0.25
 """Widest hole that is closed, as a share of the longest side."""
+FEW_CORNERS = 4
+"""Holes of so many corners are closed however long: one or two triangles are missing, of which long
+walls have as long ones, and there is next to nothing to guess."""
 MAX_PATCHED = 0.05
 """Most of the surface that may be added to close holes, as a share."""
 MIN_FILL = 1e-6
@@ -174,7 +177,7 @@ def _closed(
     if not EdgeTable.of(faces, patch).open.any():
         return faces, patch, vertices
     whole = area(vertices, faces)
-    added, owner, middles, widest = [faces], [patch], [vertices], 0.0
+    added, owner, middles, widest, guessed = [faces], [patch], [vertices], 0.0, 0.0
     n_holes, n, patched = 0, len(vertices), 0.0
     for number in np.unique(patch[np.nonzero(EdgeTable.of(faces, patch).open)[0] // 3]).tolist():
         for loop in boundary_loops(faces[patch == number]):
@@ -182,14 +185,15 @@ def _closed(
             fan, middle = _fan(vertices, loop, n)
             points = vertices[loop]
             spokes = np.linalg.norm(points - points.mean(axis=0), axis=1)
-            widest = max(widest, 2 * float(spokes.max()))
+            width = 2 * float(spokes.max())
+            widest, guessed = max(widest, width), max(guessed, width * (len(loop) > FEW_CORNERS))
             added.append(fan)
             owner.append(np.full(len(fan), number))
             if len(middle):
                 middles.append(middle)
                 n += 1
             patched += _fan_area(points)
-    if widest > MAX_HOLE * size or patched > MAX_PATCHED * whole:
+    if guessed > MAX_HOLE * size or patched > MAX_PATCHED * whole:
         raise InputError(
             f"the mesh is not watertight: {_counted(n_holes, 'hole')}, the widest"
             f" {100 * widest / size:.0f} % of the longest side across, and"
@@ -197,9 +201,9 @@ def _closed(
             f" {100 * MAX_PATCHED:g} % are closed here, larger ones may be meant: close them, or"
             " give a bare surface some thickness, and export it again"
         )
+    wide = f"the widest {100 * guessed / size:.1f} % of the longest side across"
     done.append(
-        f"{_counted(n_holes, 'small hole')} closed, the widest {100 * widest / size:.1f} % of the"
-        " longest side across"
+        f"{_counted(n_holes, 'small hole')} closed, {wide if guessed else 'of a triangle or two'}"
     )
     return np.concatenate(added), np.concatenate(owner), np.vstack(middles)
 

@@ -1,20 +1,29 @@
 """An MJCF made ready for MuJoCo: parts included, meshes in memory, pictures of surfaces dropped."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from pathlib import Path, PurePath
 
 from handsim.errors import FileError
 from handsim.robot_hands.reading._assets import Assets
 from handsim.robot_hands.reading._xml_text import check, parse
 
-_DROPPED = ("keyframe", "size", "statistic")
-"""Sections that a hand needs not: postures and sizes of buffers."""
+_DROPPED = ("keyframe", "size", "statistic", "custom")
+"""Sections that a hand needs not: postures, sizes of buffers, what other programs are told."""
 MOST_INCLUDED = 50
 """Most files that may be included."""
 
 
-def prepare_mjcf(root: ET.Element, path: Path, assets: Assets) -> None:
+def prepare_mjcf(
+    root: ET.Element, path: Path, assets: Assets, unknown: Collection[tuple[str, str]] = ()
+) -> None:
     """Change an MJCF in place.
+
+    Parameters
+    ----------
+    root, path, assets
+    unknown
+        Attributes of elements that are left out.
 
     Raises
     ------
@@ -24,9 +33,7 @@ def prepare_mjcf(root: ET.Element, path: Path, assets: Assets) -> None:
     _include(root, path, assets)
     check(root, path)
     mesh_folders, texture_needed = _folders_of_meshes(root), False
-    for section in _DROPPED:
-        for element in root.findall(section):
-            root.remove(element)
+    _drop(root, unknown)
     for asset in root.iter("asset"):
         _meshes(asset, mesh_folders, assets, path)
         for texture in asset.findall("texture"):
@@ -36,6 +43,7 @@ def prepare_mjcf(root: ET.Element, path: Path, assets: Assets) -> None:
     if texture_needed:
         _without_textures(root)
     _refuse_files(root, path, assets)
+    _bind_joints(root)
     compiler = root.find("compiler")
     if compiler is None:
         compiler = ET.SubElement(root, "compiler")
@@ -43,6 +51,49 @@ def prepare_mjcf(root: ET.Element, path: Path, assets: Assets) -> None:
     for key, least in (("boundmass", "1e-5"), ("boundinertia", "1e-9")):
         if compiler.get(key) is None:
             compiler.set(key, least)
+
+
+def _drop(root: ET.Element, unknown: Collection[tuple[str, str]]) -> None:
+    """Take out what a hand needs not, skies among it."""
+    for section in _DROPPED:
+        for element in root.findall(section):
+            root.remove(element)
+    for element in root.iter():
+        element.attrib.pop("user", None)  # numbers that mean something to the user's program alone
+        for attribute, tag in unknown:
+            if element.tag == tag:
+                element.attrib.pop(attribute, None)
+        for sky in element.findall("texture[@type='skybox']"):
+            element.remove(sky)
+
+
+def _bind_joints(root: ET.Element) -> None:
+    """Let joints follow each other whose tendon is held at its length: that is the same.
+
+    With ``c1 (q1 - q1*) + c2 (q2 - q2*) = a`` about the reference posture, the first follows the
+    second; or the other way round, where it alone has an actuator.
+    """
+    tendons = {fixed.get("name"): fixed for part in root.iter("tendon") for fixed in part}
+    moved = {each.get("joint") for part in root.findall("actuator") for each in part}
+    for held in [each for part in root.iter("equality") for each in part.findall("tendon")]:
+        fixed = tendons.get(held.get("tendon1"))
+        ends = [] if fixed is None or fixed.tag != "fixed" else fixed.findall("joint")
+        try:
+            ways = {each.get("joint", ""): float(each.get("coef", "")) for each in ends}
+            length = float(held.get("polycoef", "0").split()[0])
+        except (ValueError, IndexError):
+            continue
+        if held.get("tendon2") or len(ends) != 2 or len(ways) != 2 or 0.0 in ways.values():
+            continue
+        follows, leads = ways
+        if follows in moved and leads not in moved:
+            follows, leads = leads, follows
+        slope = -ways[leads] / ways[follows]
+        held.tag = "joint"
+        del held.attrib["tendon1"]
+        held.set("joint1", follows)
+        held.set("joint2", leads)
+        held.set("polycoef", f"{length / ways[follows]:.9g} {slope:.9g} 0 0 0")
 
 
 def _include(root: ET.Element, path: Path, assets: Assets) -> None:

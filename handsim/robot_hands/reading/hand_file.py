@@ -31,8 +31,15 @@ from handsim.robot_hands.reading._xml_text import parse
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 """Files that are taken for hands; what is inside decides what they are."""
-_TRIES = 8
-"""How many broken meshes are left out before the file is refused."""
+_TRIES = 16
+"""How many broken meshes and unknown settings are left out before the file is refused."""
+_UNKNOWN = re.compile(r"unrecognized attribute: '(\w+)' Element '(\w+)'")
+_OF_THE_SIMULATION = frozenset(
+    ["option", "flag", "size", "visual", "global", "quality", "headlight", "map", "scale", "rgba"]
+)
+"""Elements that say nothing of the hand: what MuJoCo has no longer is left out of them."""
+_OF_COMPILERS = frozenset(("convexhull", "exactmeshinertia"))
+"""The same of a compiler's attributes."""
 
 
 @dataclass(frozen=True)
@@ -82,16 +89,20 @@ def read_hand_file(path: Path | str, folders: Sequence[Path] = ()) -> HandFile:
     places = UserFolders(file, folders)
     content = places.read(file)
     broken: frozenset[str] = frozenset()
+    unknown: frozenset[tuple[str, str]] = frozenset()
     convert, reason = False, ""
     for _ in range(_TRIES):
         root = parse(content, file)
         assets = Assets(places, broken, convert)
         try:
-            return _read(root, file, assets)
+            return _read(root, file, assets, unknown)
         except ValueError as error:
             if isinstance(error, FileError):
                 raise
             reason = " ".join(str(error).split())[:200]
+            if old := _old_settings(reason) - unknown:
+                unknown |= old
+                continue
             culprits = {
                 name.rpartition(".")[0]
                 for name in assets.content
@@ -116,13 +127,25 @@ def _named(reason: str, root: ET.Element) -> set[str]:
     }
 
 
-def _read(root: ET.Element, file: Path, assets: Assets) -> HandFile:
+def _old_settings(reason: str) -> frozenset[tuple[str, str]]:
+    """Return the attribute and the element that an error is about, if the hand needs it not."""
+    found = _UNKNOWN.search(reason)
+    if found is None:
+        return frozenset()
+    attribute, element = found.groups()
+    of_compiler = element == "compiler" and attribute in _OF_COMPILERS
+    return frozenset({(attribute, element)} if of_compiler or element in _OF_THE_SIMULATION else ())
+
+
+def _read(
+    root: ET.Element, file: Path, assets: Assets, unknown: frozenset[tuple[str, str]]
+) -> HandFile:
     """Make one attempt; a ValueError that is no FileError is MuJoCo's."""
     speeds: dict[str, float] = {}
     if root.tag == "robot":
         speeds = prepare_urdf(root, file, assets)
     elif root.tag == "mujoco":
-        prepare_mjcf(root, file, assets)
+        prepare_mjcf(root, file, assets, unknown)
     else:
         raise FileError(
             f"{file}: its root is <{str(root.tag)[:40]}>; give <mujoco> (MJCF) or <robot> (URDF)"
@@ -142,6 +165,9 @@ def _read(root: ET.Element, file: Path, assets: Assets) -> HandFile:
     model = quiet_compile(spec)
     keep_least_masses(spec, model)
     notes += _of_meshes(assets)
+    if unknown:
+        old = ", ".join(sorted(attribute for attribute, _ in unknown))
+        notes.append(f"settings of another version of MuJoCo are left out: {old}")
     placeholders = frozenset(mesh.name for mesh in spec.meshes if _is_placeholder(mesh, assets))
     return HandFile(spec, model, speeds, tuple(notes), placeholders)
 

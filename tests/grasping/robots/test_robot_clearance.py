@@ -21,7 +21,7 @@ def lowered(told, by):
 
 
 def depths(scene, told, commands, rows):
-    x = told.movement.told[told.movement.row[rows]]
+    x = told.movement.told[rows]
     x = x + commands.closed[rows, None] * told.movement.closing
     x = np.clip(x, scene.robot.lower, scene.robot.upper)
     return np.array([

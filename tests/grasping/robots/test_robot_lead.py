@@ -94,7 +94,7 @@ def test_a_robot_holds_the_cube_by_script(retargeter, scene) -> None:
 
 
 def test_plans_by_script_are_others_than_those_of_a_controller(controller, robot) -> None:
-    learned = RobotGrasper(ControllerGrasper(controller), robot)
+    learned = RobotGrasper(LearnedLead(ControllerGrasper(controller)), robot)
     assert learned.lead.digest == controller.digest != ScriptedLead().digest
     by_script = RobotGrasper(ScriptedLead(), robot)
     assert isinstance(by_script.lead, ScriptedLead)

@@ -56,7 +56,7 @@ def test_a_script_is_played_as_it_is(commands, plan):
 def test_the_robot_ends_where_the_same_hand_ends(movement, retargeter, driver):
     """The own hand, at full size, has no other openings to make."""
     robot = retargeter.robot
-    x = movement.told[movement.row[-1]]
+    x = movement.told[-1]
     (mine, _, _), _ = robot.poses_in(robot.link_frames(x[None]))
     person = retargeter.person
     (theirs, _, _), _ = person.hand.poses_in(
@@ -71,7 +71,7 @@ def test_until_the_palm_is_there_it_opens_wider_along_the_squeeze(retargeter, dr
         robot_movement(retargeter, driver, commands, arrival, HOLDING) for arrival in (0.3, 1.1)
     )
     row = 90  # at 0.9 s: long after the one arrival, before the other
-    apart = early.told[early.row[row]] - late.told[late.row[row]]
+    apart = early.told[row] - late.told[row]
     share = np.median(apart[early.closing != 0] / early.closing[early.closing != 0])
     assert 0.2 * WIDER < share < WIDER
     np.testing.assert_allclose(early.told[-1], late.told[-1], atol=1e-9)
@@ -85,10 +85,30 @@ def test_the_middle_between_thumb_and_fingers_goes_where_the_persons_does(moveme
         fingers = [FINGERS.index(finger) for finger in HOLDING]
         return 0.5 * (points[:, 0] + points[:, fingers].mean(axis=1))
 
-    mine = middles(robot, movement.told[movement.row]) + movement.shift
+    mine = middles(robot, movement.told) + movement.shift
     theirs = middles(person.hand, movement.postures[:, person.glove])
     np.testing.assert_allclose(mine - mine[-1], theirs - theirs[-1], atol=1e-9)
     np.testing.assert_array_equal(movement.shift[-1], 0.0)
+
+
+def test_what_jumps_from_posture_to_posture_is_evened_out(
+    retargeter, driver, commands, movement, monkeypatch
+):
+    """Links that evade each other make a mapped movement jagged, and with it the palm's way."""
+    mapped = Retargeter.retarget
+
+    def jagged(self, q):
+        found = mapped(self, q)
+        to_and_fro = np.resize([0.05, -0.05], len(q))
+        return replace(found, positions=found.positions + to_and_fro[:, None])
+
+    monkeypatch.setattr(Retargeter, "retarget", jagged)
+    jumping = robot_movement(retargeter, driver, commands, 0.8, HOLDING)
+    fast, faster = (np.abs(np.diff(each.told, axis=0)).max() for each in (movement, jumping))
+    assert faster < 1.2 * fast < 0.05  # of 0.1 rad to and fro
+    assert np.abs(np.diff(jumping.shift, axis=0)).max() < 0.001  # of some 8 mm
+    way = movement.told[: commands.arrival]
+    assert np.ptp(way, axis=0).max() > 0.3  # which is not evened out
 
 
 def test_a_finger_that_the_action_flexes_moves_by_itself(retargeter, driver, commands):

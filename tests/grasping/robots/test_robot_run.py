@@ -13,9 +13,11 @@ from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_store import shipped_plans
 from handsim.grasping.planning.planner import STEPS
+from handsim.grasping.planning.search import shortened
 from handsim.grasping.robots import robot_grasper as module
 from handsim.grasping.robots.robot_grasper import RobotGrasper, key_of_robot
-from handsim.grasping.robots.robot_planner import plan_robot_grasp
+from handsim.grasping.robots.robot_lead import LearnedLead
+from handsim.grasping.robots.robot_planner import RobotGrasps, plan_robot_grasp
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.grasping.rollout_file import read_rollout, write_rollout
 from handsim.retargeting.robot_hand import RobotHand
@@ -118,7 +120,14 @@ def test_a_search_begins_with_the_better_start_and_keeps_it_where_it_holds(grasp
 
 def test_what_does_not_hold_is_searched_again_from_what_was_found(grasps, plan, monkeypatch):
     off = replace(plan, palm=plan.palm.moved(np.array([0.0, 0.0, 0.2])))
-    seeds, begun = [], []
+    seeds, begun, tasks = [], [], []
+
+    class Noting(RobotGrasps):
+        def costs(self, scenes, plan):
+            tasks.append(scenes[0].task)
+            return super().costs(scenes, plan)
+
+    noting = Noting(grasps.lead, grasps.retargeter)
 
     def search(cost, start, *, generations, seed, enough):
         seeds.append(seed)
@@ -128,9 +137,11 @@ def test_what_does_not_hold_is_searched_again_from_what_was_found(grasps, plan, 
         return cost(lower), lower
 
     monkeypatch.setattr("handsim.grasping.robots.robot_planner.minimise", search)
-    found, run = plan_robot_grasp(grasps, TASK, FREE, [off], seed=5)
+    found, run = plan_robot_grasp(noting, TASK, FREE, [off], seed=5)
     assert run.outcome.success
     assert seeds == [5, 6]
+    short = shortened(TASK)
+    assert tasks == [short, short, short, TASK, TASK] != [TASK] * 5  # which it did not hold
     assert min(begun) > 1.0
     np.testing.assert_allclose(found.palm.pos, plan.palm.pos, atol=1e-9)
 
@@ -158,7 +169,7 @@ def test_a_point_of_the_search_is_a_plan_in_its_steps(controller, plan, grasps):
 def grasper(controller, robot, tmp_path):
     shipped = shipped_plans(controller.digest, Conditions())
     people = ControllerGrasper(controller, shared=(shipped,))
-    return RobotGrasper(people, robot, tmp_path / "plans")
+    return RobotGrasper(LearnedLead(people), robot, tmp_path / "plans")
 
 
 def test_a_plan_is_searched_once_and_kept_for_this_hand_alone(

@@ -83,6 +83,34 @@ def test_the_xml_needs_no_file_and_is_the_same_model(scene):
     np.testing.assert_allclose(model.geom_pos, scene.model.geom_pos, atol=1e-6)
 
 
+def test_what_published_hands_consist_of_comes_without_a_warning_and_can_be_stored(hand_file):
+    """Another solver, tendons of both kinds and their defaults, textures, all sorts of numbers."""
+    spec = mujoco.MjSpec.from_file(str(hand_file))
+    spec.option.iterations, spec.option.noslip_iterations = 7, 9
+    spec.default.tendon.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    spec.default.tendon.range = [-9.0, 9.0]
+    tendon = spec.add_tendon(name="fixed", armature=1e-6)
+    tendon.wrap_joint("index_mcp", 1.0)
+    spatial = spec.add_tendon(name="spatial", width=0.001, rgba=[1, 0, 0, 1])
+    spatial.wrap_site("index_pad")
+    spatial.wrap_site("middle_pad")
+    spatial.wrap_pulley(2.0)
+    spatial.wrap_site("ring_pad")
+    spatial.wrap_site("little_pad")
+    spec.add_texture(
+        name="marked", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=8, height=8,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT, mark=mujoco.mjtMark.mjMARK_CROSS,
+    )  # fmt: skip
+    shiny = spec.add_material(name="shiny", emission=0.5, metallic=0.5, roughness=0.5)
+    shiny.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "marked"
+    spec.joint("index_mcp").actgravcomp = True
+    hand = RobotHand(spec, "palm", {finger: f"{finger}_pad" for finger in FINGERS})
+    scene = RobotScene.build(TASK, FREE, hand)
+    assert scene.model.opt.iterations not in (7, 9)
+    model = mujoco.MjModel.from_xml_string(trusted_xml(scene.xml(), {}))
+    assert (model.ntendon, model.nwrap) == (2, 6)
+
+
 def test_the_parts_of_the_hand_are_told_apart_by_the_sensors(scene):
     parts = {CONTACT_PARTS[i] for i in Sensors(scene.model)._parts}
     assert parts == set(CONTACT_PARTS)
