@@ -15,7 +15,7 @@ from handsim.environments.entries import (
 )
 from handsim.environments.painting import Painter
 from handsim.environments.rewards import SUCCESS
-from handsim.environments.watched_runs import Observed, WatchedRuns
+from handsim.environments.watched_runs import WatchedRuns
 from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
@@ -153,7 +153,8 @@ class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
         super().reset(seed=seed)
         trial = int(self.np_random.integers(2**31)) if seed is None else seed
         conditions = self._runs.conditions(trial, options or {})
-        return _only(self._runs.begin([conditions])), {"trial": conditions.as_dict()}
+        (first,) = self._runs.begin([conditions])
+        return self._runs.named(first), {"trial": conditions.as_dict()}
 
     def step(self, action: Array) -> tuple[dict[str, Array], float, bool, bool, dict[str, Any]]:
         """Command by an action and go on by a hundredth of a second.
@@ -167,8 +168,8 @@ class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
         if runs.episode.over:
             raise InputError("the run has ended; reset the environment before the next step")
         given = checked_action(action, (self.action_meaning.size,))
-        observed, (parts,), (reward,) = runs.step(given[None])
-        seen = _only(observed)
+        (row,), (parts,), (reward,) = runs.step(given[None])
+        seen = runs.named(row)
         info: dict[str, Any] = {**parts}
         if not runs.episode.over:
             return seen, reward, False, False, info
@@ -190,11 +191,6 @@ class GraspEnv(gymnasium.Env[dict[str, Array], Array]):
     def close(self) -> None:
         """Free what pictures need."""
         self._painter.close()
-
-
-def _only(seen: Observed) -> Observed:
-    """Return the observation of the only run."""
-    return {name: value[0] for name, value in seen.items()}
 
 
 def verdict_of(rollout: Rollout) -> dict[str, Any]:

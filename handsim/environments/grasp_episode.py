@@ -82,6 +82,7 @@ class GraspEpisode:
         ]
         self.sites = simulations.site_xpos
         self._speeds = simulations.qvel, simulations.warnings
+        self._first_speeds = simulations.qvel[0], simulations.warnings[0]
         self._times: list[float] = self._group.commands.times.tolist()
         with silent():
             runs.start()
@@ -124,7 +125,7 @@ class GraspEpisode:
 
     def _diverged(self) -> list[bool]:
         if len(self.rows) == 1:
-            return [has_diverged(self._speeds[0][0], self._speeds[1][0])]
+            return [has_diverged(*self._first_speeds)]
         now: list[bool] = diverged(*self._speeds).tolist()
         return [before or bad for before, bad in zip(self.unstable, now, strict=True)]
 

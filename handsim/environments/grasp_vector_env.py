@@ -127,7 +127,8 @@ class GraspVectorEnv(VectorEnv[Observed, Array, Any]):
             seen, info = self._begin([None] * n)
             return seen, np.zeros(n), over, over.copy(), info
         given = checked_action(actions, (n, self.action_meaning.size))
-        seen, parts, rewards = runs.step(given)
+        rows, parts, rewards = runs.step(given)
+        seen = runs.named(rows)
         reward, info = np.array(rewards), dict[str, Any]()
         for name in PARTS:
             info[name] = np.array([each[name] for each in parts])
@@ -151,4 +152,4 @@ class GraspVectorEnv(VectorEnv[Observed, Array, Any]):
         info: dict[str, Any] = {}
         for i, each in enumerate(conditions):
             info = self._add_info(info, {"trial": each.as_dict()}, i)
-        return self._runs.begin(conditions), info
+        return self._runs.named(self._runs.begin(conditions)), info

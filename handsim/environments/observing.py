@@ -9,13 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from handsim.environments.entries import Entry
-from handsim.environments.grasp_episode import GraspEpisode
+from handsim.environments.grasp_episode import GraspEpisode, Row
 from handsim.grasping.plan import Schedule, schedule_for
 from handsim.grasping.rollout.commands import read_at
 from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.grasping.rollout.sensing import Sensors
 from handsim.joints import FINGERS
 from handsim.types import Array, Index
 
+_TIPS = range(0, 3 * len(FINGERS), 3)
 _SHORT = 1e-9  # a phase that takes no time has passed once it begins [s]
 
 
@@ -33,7 +35,7 @@ class Felt(NamedTuple):
     """
 
     force: list[float]
-    press: list[list[float]]
+    press: list[tuple[float, float, float]]
     away: list[float]
 
 
@@ -69,65 +71,76 @@ class Observer:
             entry.name: slice(end - entry.size, end)
             for entry, end in zip(entries, ends, strict=True)
         }
-        self._template = np.zeros(ends[-1])
-        self._template[self._places["destination"]] = destination
-        self._template[self._places["need"]] = need
-        self._numbers = slice(self._places["palm_position"].start, self._places["hinge"].stop)
-        self._tip_numbers = self._places["fingertips"]
-        self._clock = slice(self._places["progress"].start, self._places["time"].stop)
-        self._shares = _shares(schedule_for(scene.task))
+        shares = _shares(schedule_for(scene.task))
+        # What is known before the runs, at each of their readings.
+        self._known = np.zeros((len(shares), ends[-1]))
+        self._known[:, self._places["destination"]] = destination
+        self._known[:, self._places["need"]] = need
+        self._known[:, self._places["progress"].start : self._places["time"].stop] = shares
+        self._posture, self._components = self._places["posture"], self._places["components"]
+        self._numbers = slice(self._places["fingertips"].start, self._places["hinge"].stop)
         self._first: list[list[float]] = []
 
     def begin(self, episode: GraspEpisode) -> None:
         """Remember where the objects are at the start of the runs."""
-        self._first = [episode.sensors.posed(row.values)["object_pos"] for row in episode.rows]
+        self._first = [episode.sensors.posed(row.values)[:3] for row in episode.rows]
 
     def look(self, episode: GraspEpisode) -> tuple[Array, list[Felt]]:
         """Return observations at the reading that runs are at, (n, size), and what is felt."""
-        sensors, places, shares = episode.sensors, self._places, self._shares[episode.reading]
-        flat = np.array([self._template] * len(episode.rows))
-        flat[:, places["posture"]], flat[:, places["components"]] = episode.seen()
-        flat[:, self._clock] = shares
-        poses = [sensors.posed(row.values) for row in episode.rows]
-        axes = [(pose["object_x"], pose["object_y"], pose["object_z"]) for pose in poses]
-        origins = np.array([pose["object_origin"] for pose in poses])
-        away = episode.sites.take(self._tips, axis=1) - origins[:, None]
-        parts = away[:, :, None] * np.array(axes)[:, None]
-        tips = parts[..., 0] + parts[..., 1] + parts[..., 2]
-        flat[:, self._tip_numbers] = tips.reshape(len(poses), -1)
+        rows = episode.rows
+        flat = np.empty((len(rows), self._known.shape[1]))
+        flat[:] = self._known[episode.reading]
+        flat[:, self._posture], flat[:, self._components] = episode.seen()
+        tips = episode.sites.take(self._tips, axis=1).reshape(len(rows), -1).tolist()
         felt: list[Felt] = []
-        for i, (row, pose, each) in enumerate(zip(episode.rows, poses, tips.tolist(), strict=True)):
-            force, press = sensors.touching(row.values)
-            flat[i, self._numbers] = [
-                *_in_frame(axes[i], pose["palm_pos"], pose["object_origin"]),
-                *_seen_from(pose["object_quat"], pose["palm_quat"]),
-                *force,
-                *_away(pose["object_pos"], self._first[i]),
-                0.0 if self._hinge is None else float(row.qpos[self._hinge]),
-            ]
-            felt.append(Felt(force, press, [dist(tip, self._grasp) for tip in each]))
+        for i, row in enumerate(rows):
+            seen, each = self._look_at(row, self._first[i], tips[i], episode.sensors)
+            flat[i, self._numbers] = seen
+            felt.append(each)
         np.maximum(flat, self._low, out=flat)
         np.minimum(flat, self._high, out=flat)
         return flat, felt
 
+    def _look_at(
+        self, row: Row, first: Sequence[float], tips: Sequence[float], sensors: Sensors
+    ) -> tuple[list[float], Felt]:
+        """Return the entries of one run from ``fingertips`` to ``hinge``, and what is felt.
+
+        Parameters
+        ----------
+        row
+        first : (3,) [m]
+            Where the object's centre of mass was at the start.
+        tips : (15,) [m]
+            Of the fingers, in the world.
+        sensors
+        """
+        # Centre of mass; orientation, origin and the three axes of the object; the palm.
+        (
+            mx, my, mz, qw, qx, qy, qz, ox, oy, oz, a, b, c, d, e, f, g, h, i, px, py, pz,
+            *palm_quat,
+        ) = sensors.posed(row.values)  # fmt: skip
+        seen: list[float] = []
+        away: list[float] = []
+        for k in _TIPS:
+            x, y, z = tips[k] - ox, tips[k + 1] - oy, tips[k + 2] - oz
+            tip = (x * a + y * b + z * c, x * d + y * e + z * f, x * g + y * h + z * i)
+            seen += tip
+            away.append(dist(tip, self._grasp))
+        x, y, z = px - ox, py - oy, pz - oz
+        seen += (x * a + y * b + z * c, x * d + y * e + z * f, x * g + y * h + z * i)
+        seen += _seen_from((qw, qx, qy, qz), palm_quat)
+        force, press = sensors.touching(row.values)
+        seen += force
+        seen += (mx - first[0], my - first[1], mz - first[2])
+        seen.append(0.0 if self._hinge is None else float(row.qpos[self._hinge]))
+        return seen, Felt(force, press, away)
+
     def named(self, flat: Array) -> dict[str, Array]:
         """Return observations (..., size) by the names of their entries."""
+        if flat.ndim == 1:  # the same, faster
+            return {name: flat[place] for name, place in self._places.items()}
         return {name: flat[..., place] for name, place in self._places.items()}
-
-
-def _in_frame(
-    axes: Sequence[Sequence[float]], place: Sequence[float], origin: Sequence[float]
-) -> tuple[float, ...]:
-    """Return a place of the world in a frame, of which axes and origin are given in the world."""
-    x, y, z = _away(place, origin)
-    (a, b, c), (d, e, f), (g, h, i) = axes
-    return x * a + y * b + z * c, x * d + y * e + z * f, x * g + y * h + z * i
-
-
-def _away(place: Sequence[float], origin: Sequence[float]) -> tuple[float, float, float]:
-    """Return the way from one place to another, the second first."""
-    (x, y, z), (a, b, c) = place, origin
-    return x - a, y - b, z - c
 
 
 def _shares(schedule: Schedule) -> Array:

@@ -91,29 +91,46 @@ class VelocityDriver(SteeredDriver):
     over to the point's posture as the hand squeezes. The point stays where destinations may lie.
     """
 
+    _drawn_of: tuple[Array | None, Array | None] = (None, None)
+    _stayed: list[list[float]] | None = None
+
     def give(self, actions: Array) -> None:
         """Take the next velocities, (n, n_components) in `SPEED`."""
         self._asked.value = SPEED * actions
 
     def point(self, time: float, reference: Array, readings: Array) -> Array:
         """Return where the hand is meant to be at a reading, (n, n_components) [rad]."""
-        return self._led.drawn(reference, readings) if self.reaching(time) else reference
+        if not self.reaching(time):
+            return reference
+        of, by = self._drawn_of
+        if reference is not of or readings is not by:  # it is asked for twice a reading
+            self._drawn_of = reference, readings
+            self._drawn = self._led.drawn(reference, readings)
+        return self._drawn
 
     def step(
         self, time: float, dt: float, reference: Array, readings: Array
     ) -> tuple[Array, Array]:
         """Return targets (n, 22) [rad] and the next point."""
         if self.reaching(time):
-            targets, following = self._led.step(time, dt, reference, readings)
+            point = self.point(time, reference, readings)
+            targets, following = self._led.led(time, dt, point)
             self._last = targets
         else:
             schedule, following = self._schedule, reference + dt * self._asked.value
-            posture = clip_to_range(self._led.controller.subspace.inverse_transform(reference))
-            targets = posture
+            targets = posture = self._posture_at(reference)
             if time < schedule.action_start:
                 closed = ramp(time, schedule.squeeze_start, schedule.squeeze)
                 targets = self._last + closed * (posture - self._last)
         return targets, np.minimum(np.maximum(following, self._low), self._high)
+
+    def _posture_at(self, z: Array) -> Array:
+        """Return the posture of points, (n, 22) [rad]; the same array while they stay."""
+        now = z.tolist()
+        if now != self._stayed:
+            subspace = self._led.controller.subspace
+            self._stayed, self._posture = now, clip_to_range(subspace.inverse_transform(z))
+        return self._posture
 
 
 class TargetDriver(SteeredDriver):

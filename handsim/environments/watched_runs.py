@@ -85,8 +85,8 @@ class WatchedRuns:
             return perturb(nominal, seed)
         return replace(nominal, seed=seed)
 
-    def begin(self, conditions: Sequence[Conditions]) -> Observed:
-        """Begin runs under conditions, one each; return observations by name, (n, ...) each."""
+    def begin(self, conditions: Sequence[Conditions]) -> Array:
+        """Begin runs under conditions, one each; return observations, (n, size)."""
         known, scenes = self.known, self._scenes_for(conditions)
         self.scene = scenes[0]
         self.episode = GraspEpisode(
@@ -95,9 +95,13 @@ class WatchedRuns:
         self._observer = Observer(self.scene, self.observation_meaning, self._goal, known.need)
         self._observer.begin(self.episode)
         self._latest, _ = self._observer.look(self.episode)
-        return self._observer.named(self._latest.copy())
+        return self._latest.copy()
 
-    def step(self, actions: Array) -> tuple[Observed, list[dict[str, float]], list[float]]:
+    def named(self, seen: Array) -> Observed:
+        """Return observations (..., size) by the names of their entries."""
+        return self._observer.named(seen)
+
+    def step(self, actions: Array) -> tuple[Array, list[dict[str, float]], list[float]]:
         """Command by actions (n, size) and go on to the next reading.
 
         A run that has diverged shows what it showed last, and gives nothing.
@@ -119,7 +123,7 @@ class WatchedRuns:
         else:
             self._latest = seen
         share = 1.0 / (len(PARTS) * episode.n_readings)
-        return self._observer.named(seen), parts, [share * sum(each.values()) for each in parts]
+        return seen, parts, [share * sum(each.values()) for each in parts]
 
     def _scenes_for(self, conditions: Sequence[Conditions]) -> list[Scene]:
         """Return scenes of runs: those of the runs before, where they were built alike."""

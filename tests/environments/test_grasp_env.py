@@ -20,10 +20,10 @@ from handsim.environments.policies import (  # noqa: E402
     ControllerPolicy,
     ResidualEnv,
 )
-from handsim.environments.rewards import PARTS  # noqa: E402
+from handsim.environments.rewards import NEAR, PARTS  # noqa: E402
 from handsim.errors import InputError, UnknownNameError  # noqa: E402
 from handsim.grasping.conditions import Conditions, perturb  # noqa: E402
-from handsim.joints import LOWER, UPPER  # noqa: E402
+from handsim.joints import FINGERS, LOWER, UPPER  # noqa: E402
 from handsim.tasks.table_one import TASKS  # noqa: E402
 from handsim.types import HandSize  # noqa: E402
 
@@ -185,6 +185,34 @@ def test_observations_are_what_the_run_measured(make):
     np.testing.assert_array_equal(at["destination"], inner.grasped.plan.z_goal)
     np.testing.assert_allclose(observed[60]["progress"], [0.5, 0, 0, 0], atol=1e-9)
     np.testing.assert_allclose(observed[145]["progress"], [1, 0.5, 0, 0], atol=1e-9)
+
+
+def test_what_is_turned_at_its_hinge_is_observed_and_paid_for(make):
+    """The angle of the rule's joint, and the distance of the fingertips that grasp."""
+    env = make(task="stapler-use")
+    env.reset(seed=0)
+    inner = env.unwrapped
+    model, data = inner.scene.model, inner.scene.hand.data
+    hinge = model.joint(inner.task.rule.joint)
+    data.qvel[hinge.dofadr[0]] = -2.0
+    for _ in range(3):
+        seen, _, _, _, info = env.step(np.zeros(3))
+    assert seen["hinge"][0] == data.qpos[hinge.qposadr[0]] != 0.0
+    tips = seen["fingertips"].reshape(5, 3)
+    grasping = [i for i, f in enumerate(FINGERS) if f in {"thumb", *inner.task.grasp.fingers}]
+    away = np.linalg.norm(tips[grasping] - model.site("grasp").pos, axis=1).mean()
+    assert info["distance"] == pytest.approx(np.exp(-away / NEAR))
+
+
+def test_what_is_beyond_the_bounds_of_a_space_is_cut_off(make):
+    env = make(task="cube-raise")
+    env.reset(seed=0)
+    data, cube = env.unwrapped.scene.hand.data, env.unwrapped.scene.model.body("object")
+    free = int(env.unwrapped.scene.model.jnt_qposadr[cube.jntadr[0]])
+    data.qpos[free : free + 2] = -9.0, 9.0
+    seen, *_ = env.step(np.zeros(3))
+    assert env.observation_space.contains(seen)
+    np.testing.assert_array_equal(seen["object_shift"][:2], [-3.0, 3.0])
 
 
 def test_a_velocity_moves_the_hand_in_its_component(make):

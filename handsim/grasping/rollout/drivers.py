@@ -167,8 +167,11 @@ class LearnedDriver:
         self, time: float, dt: float, reference: Array, readings: Array
     ) -> tuple[Array, Array]:
         """Return the reference's posture with the lead for its velocity, (n, 22) [rad]."""
-        subspace, n = self.controller.subspace, len(readings)
-        z = self.drawn(reference, readings)
+        return self.led(time, dt, self.drawn(reference, readings))
+
+    def led(self, time: float, dt: float, z: Array) -> tuple[Array, Array]:
+        """Return the same for references (n, n_components) [rad] that are drawn already."""
+        subspace, n = self.controller.subspace, len(z)
         velocity = self.timing.velocities(z, time)
         # A stack of vectors (2 n, 1, n_components): each is multiplied with the matrix by itself,
         # since a product of two matrices rounds otherwise.

@@ -33,6 +33,7 @@ from handsim.types import Array, Mask
 
 MAX_SPEED = 500.0
 """Joint or body speed above which a simulation is taken to have diverged [m/s or rad/s]."""
+_SURELY_SLOW = 0.9 * MAX_SPEED**2
 BAD_NUMBERS = tuple(
     int(kind)
     for kind in (
@@ -128,10 +129,10 @@ def diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> Mask:
 
 def has_diverged(qvel: Array, warnings: npt.NDArray[np.int32]) -> bool:
     """Return the same as `diverged` of one simulation, (nv,) and (n_kinds,); for loops."""
-    speeds, counts = qvel.tolist(), warnings.tolist()
-    # Of numbers of which one is none so is the sum, and seldom is it as great as one may be.
-    slow = sum(map(abs, speeds)) <= MAX_SPEED or all(abs(speed) <= MAX_SPEED for speed in speeds)
-    return not slow or any(counts[kind] for kind in BAD_NUMBERS)
+    # The length is seldom as great as one speed may be, and none where one of them is none.
+    slow = qvel.dot(qvel) <= _SURELY_SLOW or all(abs(v) <= MAX_SPEED for v in qvel.tolist())
+    counts = warnings.tolist()
+    return not slow or (any(counts) and any(counts[kind] for kind in BAD_NUMBERS))
 
 
 class _Recent:

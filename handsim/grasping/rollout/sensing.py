@@ -50,6 +50,7 @@ _CARRIED = "carried"
 """What hand and arm press the object with altogether, in the world."""
 _PREFIX = "seen_"
 """Of the names of these sensors."""
+_NOTHING = (0.0, 0.0, 0.0)
 _WIDTH, _PUSH, _DISTANCE, _DIRECTION = 8, 1, 4, slice(5, 8)
 """A slot has 8 numbers: contacts found, force (3, the normal one first), distance, normal (3)."""
 
@@ -172,6 +173,7 @@ class Sensors:
         self._parts = [_part(body) for body in names[n:held]]
         self._fingers = [self._parts.index(CONTACT_PARTS.index(finger)) for finger in FINGERS]
         self._slots = slice(self.n_poses, int(starts[held] - starts[0]))
+        self._counts = slice(self._slots.start, self._slots.stop, SLOTS * _WIDTH)
         self._held = slice(self._slots.stop, self._slots.stop + 3)
         self._carried = self._held.stop + 2
         places = self._slots.start + SLOTS * _WIDTH * np.array(self._fingers)
@@ -189,10 +191,9 @@ class Sensors:
         """Return poses by name, (n, 3) [m] or (n, 4), from values (n, n_poses or more)."""
         return {name: values[:, place].copy() for name, place in self._poses.items()}
 
-    def posed(self, values: Array) -> dict[str, list[float]]:
-        """Return the poses of one simulation by name, from values (n_values,); for loops."""
-        numbers = values[: self.n_poses].tolist()
-        return {name: numbers[place] for name, place in self._poses.items()}
+    def posed(self, values: Array) -> list[float]:
+        """Return the numbers of `poses` of one simulation (n_values,), in a row; for loops."""
+        return values[: self.n_poses].tolist()
 
     @property
     def n_pressed(self) -> int:
@@ -227,7 +228,7 @@ class Sensors:
         touch = Touch(force.reshape(*shape, -1), press.reshape(*shape, -1, 3), depth.reshape(shape))
         return touch, crowded.reshape(shape)
 
-    def touching(self, values: Array) -> tuple[list[float], list[list[float]]]:
+    def touching(self, values: Array) -> tuple[list[float], list[tuple[float, float, float]]]:
         """Return forces (6,) and presses (6, 3) [N], as of `Touch`, of one simulation; for loops.
 
         Parameters
@@ -236,19 +237,18 @@ class Sensors:
             Contacts beyond a sensor's slots do not count.
         """
         force = [0.0] * len(CONTACT_PARTS)
-        press = [[0.0] * 3 for _ in CONTACT_PARTS]
-        start, width = self._slots.start, SLOTS * _WIDTH
-        found = self.n_contacts(values).tolist()
-        for sensor in [i for i, n in enumerate(found) if n]:
-            first, part = start + sensor * width, self._parts[sensor]
-            end = int(min(found[sensor], SLOTS)) * _WIDTH
-            numbers, pressed = values[first : first + end].tolist(), press[part]
-            for slot in range(0, end, _WIDTH):
-                _, push, _, _, _, x, y, z = numbers[slot : slot + _WIDTH]
-                force[part] += push
-                pressed[0] += push * x
-                pressed[1] += push * y
-                pressed[2] += push * z
+        press = [_NOTHING] * len(CONTACT_PARTS)
+        first = self._slots.start
+        for found, part in zip(values[self._counts].tolist(), self._parts, strict=True):
+            if found:
+                end = first + int(min(found, SLOTS)) * _WIDTH
+                numbers = iter(values[first:end].tolist())
+                total, (a, b, c) = force[part], press[part]
+                for _, push, _, _, _, x, y, z in zip(*[numbers] * _WIDTH, strict=True):
+                    total += push
+                    a, b, c = a + push * x, b + push * y, c + push * z
+                force[part], press[part] = total, (a, b, c)
+            first += SLOTS * _WIDTH
         return force, press
 
     def felt(self, values: Array) -> tuple[list[list[float]], list[list[float]]]:
