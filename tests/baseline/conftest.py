@@ -7,7 +7,8 @@ import pytest
 from handsim.baseline.check import record_baseline
 from handsim.baseline.results import Cases, cases_for, run_cases
 from handsim.files import data_folder
-from handsim.grasping.planning.plan_store import PlanStore
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.plan_store import shipped_plans
 from handsim.learning.controller import GraspController
 from handsim.recordings.folder import read_recordings
 
@@ -26,12 +27,8 @@ def recordings():
 
 
 @pytest.fixture(scope="session")
-def plans():
-    for path in sorted((data_folder("assets") / "plans").glob("*.json")):
-        stored = PlanStore(path).read()
-        if TASK in stored:
-            return {TASK: stored[TASK]}
-    raise AssertionError(f"no plan of {TASK} is stored")
+def plans(controller):
+    return {TASK: shipped_plans(controller.digest, Conditions()).read()[TASK]}
 
 
 @pytest.fixture(scope="session")

@@ -30,7 +30,8 @@ from handsim.baseline.results import Cases
 from handsim.baseline.store import read_baseline, write_baseline
 from handsim.baseline.tolerances import MEASURES, Tolerances
 from handsim.files import data_folder
-from handsim.grasping.planning.plan_store import PlanStore
+from handsim.grasping.conditions import Conditions
+from handsim.grasping.planning.plan_store import shipped_plans
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_like
 from handsim.recordings.folder import read_recordings
@@ -127,10 +128,8 @@ def answer_here(folder: Path, tasks: tuple[str, ...], n_movements: int | None) -
 
 
 def built_in_plans():
-    plans = {}
-    for path in sorted((data_folder("assets") / "plans").glob("*.json")):
-        plans |= PlanStore(path).read()
-    return plans
+    digest = GraspController.load(data_folder("assets") / "controller.npz").digest
+    return shipped_plans(digest, Conditions()).read()
 
 
 def apart(before: Baseline, after: Baseline) -> dict[str, float]:
