@@ -80,6 +80,7 @@ def test_a_finger_that_works_is_no_side_of_the_grip():
     [
         ("pen-write", 0.5, 0.5),
         ("pen-write", 1.0, 1.0),
+        ("pen-write", 0.5 * MAX_MARGIN, 1.0),
         ("pen-write", MAX_MARGIN, 1.0),
         ("pen-write", 2.0 * MAX_MARGIN, 0.5),
         ("mouse-slide", 2.0 * MAX_MARGIN, 1.0),  # not lifted: pressed as hard as one likes
