@@ -21,6 +21,7 @@ RISES = 0.1
 """How fast the palm gives way upwards on its way, and comes down again [m/s]."""
 EVERY = 3
 """Of so many readings one is looked at."""
+_TOGETHER = 64
 
 
 def cleared(
@@ -51,8 +52,14 @@ def cleared(
     higher = np.interp(times, times[rows], needed)
     there = times >= arrival
     higher[there] = needed[times[rows] >= arrival].max()
-    apart = np.abs(times[:, None] - times)
-    higher = np.maximum(higher - RISES * apart, 0.0).max(axis=1)
+    # Some readings at a time: slow hands have 20 000, and all pairs of them fill gigabytes.
+    parts = np.array_split(times, len(times) // _TOGETHER + 1)
+    higher = np.concatenate(
+        [
+            np.maximum(higher - RISES * np.abs(part[:, None] - times), 0.0).max(axis=1)
+            for part in parts
+        ]
+    )
     return replace(commands, palm_pos=commands.palm_pos + higher[:, None] * UP)
 
 
