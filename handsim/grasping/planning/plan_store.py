@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from base64 import b64decode, b64encode
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -44,6 +45,9 @@ class StoredPlan:
     hand
         Size and side of the hand that it was made for; None where that is not known. It does not
         stand in the file: the store knows it.
+    mapped : (k, m)
+        Coordinates to which a robot hand's movement was mapped when the plan was tried [rad or m];
+        None for a person's hand.
     """
 
     plan: GraspPlan
@@ -51,6 +55,7 @@ class StoredPlan:
     key: PlanKey | None = None
     attempts: int = 1
     hand: HandSize | None = None
+    mapped: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -226,6 +231,7 @@ def shipped_plans(digest: str, conditions: Conditions) -> PlanStore:
 
 def _to_json(task: str, stored: StoredPlan) -> _Stored:
     plan = stored.plan
+    mapped = {} if stored.mapped is None else {"mapped": _packed(stored.mapped)}
     return {
         "task": task,
         "key": stored.key and asdict(stored.key),
@@ -240,7 +246,29 @@ def _to_json(task: str, stored: StoredPlan) -> _Stored:
         "squeeze": plan.squeeze,
         "grip_n": plan.grip,
         "arrive": plan.arrive,
+        **mapped,
     }
+
+
+def _packed(rows: Array) -> _Stored:
+    """Return a table of numbers as text: some thousand of them, which nobody reads one by one."""
+    content = np.ascontiguousarray(rows, dtype="<f8").tobytes()
+    return {"shape": list(rows.shape), "float64_base64": b64encode(content).decode()}
+
+
+def _unpacked(stored: _Stored) -> Array:
+    content = b64decode(stored["float64_base64"], validate=True)
+    rows = np.frombuffer(content, dtype="<f8").astype(float)
+    if not (np.abs(rows) < MAX_VALUE).all():
+        raise ValueError(f"mapped coordinates below {MAX_VALUE:g} are expected")
+    return rows.reshape(*_shape(stored["shape"]))
+
+
+def _shape(stored: Any) -> tuple[int, int]:
+    rows, columns = stored
+    if not (isinstance(rows, int) and isinstance(columns, int) and rows > 0 and columns > 0):
+        raise ValueError(f"mapped coordinates of shape {stored!r}")
+    return rows, columns
 
 
 def _entry(task: str, stored: _Stored, schema: int) -> StoredPlan:
@@ -254,8 +282,9 @@ def _entry(task: str, stored: _Stored, schema: int) -> StoredPlan:
     attempts = stored["attempts"]
     if not isinstance(attempts, int) or attempts < 0:
         raise ValueError(f"attempts of {task!r} are {attempts!r}")
-    key = stored["key"]
-    return StoredPlan(_plan(stored, "rad"), held, None if key is None else _key(key), attempts)
+    key = None if stored["key"] is None else _key(stored["key"])
+    mapped = _unpacked(stored["mapped"]) if "mapped" in stored else None
+    return StoredPlan(_plan(stored, "rad"), held, key, attempts, mapped=mapped)
 
 
 def _key(stored: _Stored) -> PlanKey:

@@ -81,26 +81,27 @@ class RobotGrasper:
         """Grasp ``task``; a plan that is missing is made first, for nominal conditions."""
         of_robot = self.conditions_of(conditions)
         scene = RobotScene.build(task, of_robot, self.robot)
-        return self.grasps.run(scene, self.plan_for(task, of_robot.base))
+        kept = self.stored_for(task, of_robot.base)
+        return self.grasps.run(scene, kept.plan, kept.mapped)
 
-    def plan_for(self, task: Task, base: Base = "free") -> GraspPlan:
+    def stored_for(self, task: Task, base: Base = "free") -> StoredPlan:
         """Return the stored plan of a task, or search and store it."""
         key = self._key(task, base)
         known = self._known(task, key)
         if known is not None and known.key == key:
-            return known.plan
+            return known
         if self.note is not None:
             self.note(f"plan of {task.name} is searched for this hand, which takes minutes")
         starts = self._starts(task, base)
         with self.lead.planning(f"planning {task.name}") as progress:
-            plan, run = plan_robot_grasp(
+            plan, run, mapped = plan_robot_grasp(
                 self.grasps, task, self.usual(base), starts, progress=progress
             )
-        self.made[task.name] = made = StoredPlan(plan, run.outcome.success, key)
+        self.made[task.name] = made = StoredPlan(plan, run.outcome.success, key, mapped=mapped)
         store = self._store(key)
         if store is not None:
             store.keep(task.name, made, self.note)
-        return plan
+        return made
 
     def _known(self, task: Task, key: PlanKey) -> StoredPlan | None:
         """Return the plan kept of a task for this hand and base, be it for other settings."""

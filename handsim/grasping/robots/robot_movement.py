@@ -45,8 +45,8 @@ class RobotMovement:
     shift : (n, 3) [m]
         By how much its palm is moved, in its own axes, so that the middle between its thumb and
         its fingers goes where the person's does.
-    opening_error : [m]
-        How much the openings at the destination are off, at most.
+    mapped : (k, m)
+        Coordinates of all postures that were mapped, of which ``told`` and the rest are made.
     """
 
     postures: Array
@@ -54,7 +54,7 @@ class RobotMovement:
     closing: Array
     flexion: Array
     shift: Array
-    opening_error: float
+    mapped: Array
 
 
 def told_postures(driver: Driver, commands: Commands) -> Array:
@@ -92,6 +92,7 @@ def robot_movement(
     commands: Commands,
     arrival: float,
     fingers: Sequence[Finger],
+    mapped: Array | None = None,
 ) -> RobotMovement:
     """Map all postures of a run to a robot.
 
@@ -105,6 +106,10 @@ def robot_movement(
         `WIDER`, since its fingertips are thicker.
     fingers
         Those of the robot that grasp, beside the thumb.
+    mapped : (k, m)
+        What the same postures were mapped to before, if they were. Where links evade each other,
+        the last bits in which processors differ grow to tens of degrees: a plan that was tried
+        with one movement need not hold with the other. Of another shape, it is not looked at.
 
     Raises
     ------
@@ -123,8 +128,9 @@ def robot_movement(
     closings = last + np.linspace(0.0, 1.0, CLOSING_STEPS + 1)[1:, None] * commands.closing
     flexed, which = np.unique(commands.flexion, axis=0, return_inverse=True)
     beyond = clip_to_range(np.vstack([closings, last + flexed]))
-    mapped = retargeter.retarget(np.vstack([way, beyond]))
-    x = mapped.positions[:, robot.joint_map.free]
+    x = mapped
+    if x is None or x.shape != (len(way) + len(beyond), len(robot.lower)):
+        x = retargeter.retarget(np.vstack([way, beyond])).positions[:, robot.joint_map.free]
     end = x[len(way) - 1]
     closed = x[len(way) + CLOSING_STEPS - 1]
     bent = x[len(way) + CLOSING_STEPS :] - end
@@ -142,7 +148,7 @@ def robot_movement(
         closed - end,
         bent[which.reshape(-1)],
         shift,
-        float(mapped.opening_error[len(way) - 1].max()),
+        x,
     )
 
 

@@ -37,7 +37,7 @@ from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.record import Rollout
 from handsim.retargeting.retarget import Retargeter
 from handsim.tasks.task import Task
-from handsim.types import Progress
+from handsim.types import Array, Progress
 
 GENERATIONS = 14
 """Of the search."""
@@ -85,17 +85,30 @@ class RobotGrasps:
     lead: Lead
     retargeter: Retargeter
 
-    def run(self, scene: RobotScene, plan: GraspPlan, *, brief: bool = False) -> Rollout:
-        """Grasp on a scene by the plan of a person's hand, which the robot follows."""
-        return self.run_told(scene, plan, self.told(scene, plan), brief=brief)
+    def run(
+        self,
+        scene: RobotScene,
+        plan: GraspPlan,
+        mapped: Array | None = None,
+        *,
+        brief: bool = False,
+    ) -> Rollout:
+        """Grasp on a scene by the plan of a person's hand, which the robot follows.
 
-    def told(self, scene: RobotScene, plan: GraspPlan) -> RobotTold:
-        """Return what the robot is told in all runs of a task by a plan, whatever disturbs them."""
+        ``mapped`` is that of `robot_movement`, if it is known.
+        """
+        return self.run_told(scene, plan, self.told(scene, plan, mapped), brief=brief)
+
+    def told(self, scene: RobotScene, plan: GraspPlan, mapped: Array | None = None) -> RobotTold:
+        """Return what the robot is told in all runs of a task by a plan, whatever disturbs them.
+
+        ``mapped`` is that of `robot_movement`, if it is known.
+        """
         schedule = self.schedule(scene)
         driver = self.lead.driver(scene, plan, schedule)
         usual = Commands.of(plan, scene.task, schedule, self.retargeter.person.size)
         arrival = plan.arrive * schedule.reach
-        movement = robot_movement(self.retargeter, driver, usual, arrival, scene.gripping)
+        movement = robot_movement(self.retargeter, driver, usual, arrival, scene.gripping, mapped)
         q, x = driver.destination, movement.told[-1]
         palm = palm_for(self.retargeter, plan.palm, q, x, scene.gripping)
         pos, quat = expected_path(replace(plan, palm=palm), scene.task, schedule).poses(usual.times)
@@ -142,8 +155,8 @@ def plan_robot_grasp(
     generations: int = GENERATIONS,
     seed: int = 0,
     progress: Progress | None = None,
-) -> tuple[GraspPlan, Rollout]:
-    """Search a plan for a robot hand and return it with its nominal run.
+) -> tuple[GraspPlan, Rollout, Array]:
+    """Search a plan for a robot hand; return it, its nominal run, and to what that was mapped.
 
     Parameters
     ----------
@@ -180,8 +193,8 @@ def plan_robot_grasp(
 
     whole = RobotScene.build(task, conditions, robot)
     plan = _first_good(starts, cost)
-    attempt, run = 0, None
-    while run is None or (attempt < ATTEMPTS and not run.outcome.success):
+    attempt = 0
+    while True:
         start = plan
         if attempt:  # what the short task does not show, the whole one does
             estimate.expect(most)
@@ -194,8 +207,10 @@ def plan_robot_grasp(
             enough=ENOUGH,
         )
         plan = grasps.lead.varied(start, point)
-        attempt, run = attempt + 1, grasps.run(whole, plan)
-    return plan, run
+        told = grasps.told(whole, plan)
+        attempt, run = attempt + 1, grasps.run_told(whole, plan, told)
+        if run.outcome.success or attempt == ATTEMPTS:
+            return plan, run, told.movement.mapped
 
 
 def _first_good(starts: Sequence[GraspPlan], cost: Callable[[GraspPlan], float]) -> GraspPlan:

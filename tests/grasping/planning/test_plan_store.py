@@ -1,6 +1,7 @@
 """Plans on disk: they come back to the bit, and nothing is overwritten that cannot be read."""
 
 import json
+from base64 import b64encode
 from dataclasses import replace
 from pathlib import Path
 
@@ -66,6 +67,25 @@ def test_plans_come_back_to_the_bit(tmp_path, plan):
     assert store.path.read_bytes() == content
 
 
+def test_what_a_robot_was_told_comes_back_to_the_bit(tmp_path, plan):
+    mapped = np.random.default_rng(1).normal(size=(7, 3))
+    store = PlanStore(tmp_path / "a.json")
+    store.add("cube-raise", StoredPlan(plan, True, KEY, mapped=mapped))
+    store.add("jar-move", StoredPlan(plan, True, KEY))
+    back = store.entries()
+    assert back["cube-raise"].mapped.shape == mapped.shape
+    assert back["cube-raise"].mapped.tobytes() == mapped.tobytes()
+    assert back["jar-move"].mapped is None
+    assert "mapped" not in json.loads(store.path.read_text())["plans"]["jar-move"]
+
+
+def mapped_to(shape, content):
+    return setting("mapped", {"shape": shape, "float64_base64": content})
+
+
+ONE, NO_NUMBER = (b64encode(np.array([x])).decode() for x in (1.0, np.nan))
+
+
 def test_hands_and_controllers_have_files_of_their_own(tmp_path):
     stores = [
         plan_store(tmp_path, "a", Conditions()),
@@ -123,6 +143,15 @@ def setting(name, value):
         (setting("held", "yes"), "held of"),
         (setting("attempts", -1), "attempts of"),
         (setting("attempts", 1.5), "attempts of"),
+        (mapped_to([1, 2], ONE), "reshape"),
+        (mapped_to([1], ONE), "not a file of plans"),
+        (mapped_to([-1, 1], ONE), "shape [-1, 1]"),
+        (mapped_to([1.0, 1], ONE), "shape [1.0, 1]"),
+        (mapped_to([1, 1], NO_NUMBER), "below 1000"),
+        (mapped_to([1, 1], ONE[1:]), "not a file of plans"),
+        (mapped_to([1, 1], "no base 64"), "not a file of plans"),
+        (mapped_to([1, 1], 3), "not a file of plans"),
+        (setting("mapped", None), "not a file of plans"),
         (setting("palm_pos_m", [10**400, 0, 0]), "not a file of plans"),
         (lambda c: c.update(plans=[1, 2]), "not a file of plans"),
         (lambda c: c["plans"].update({"cube-raise": 3}), "not a file of plans"),

@@ -63,7 +63,25 @@ def test_the_robot_ends_where_the_same_hand_ends(movement, retargeter, driver):
         person.hand.link_frames(driver.destination[person.glove][None])
     )
     np.testing.assert_allclose(mine, theirs, atol=2e-3)
-    assert movement.opening_error < 2e-3
+
+
+def test_what_was_mapped_before_is_not_mapped_again(
+    retargeter, driver, commands, movement, monkeypatch
+):
+    """Where links evade each other, another processor maps the same postures otherwise."""
+    mapped = Retargeter.retarget
+
+    def elsewhere(self, q):
+        found = mapped(self, q)
+        return replace(found, positions=found.positions + 0.1)
+
+    monkeypatch.setattr(Retargeter, "retarget", elsewhere)
+    kept = robot_movement(retargeter, driver, commands, 0.8, HOLDING, movement.mapped)
+    for name in ("told", "closing", "flexion", "shift", "mapped"):
+        np.testing.assert_array_equal(getattr(kept, name), getattr(movement, name))
+    for other in (movement.mapped[1:], movement.mapped[:, 1:]):  # of another movement
+        anew = robot_movement(retargeter, driver, commands, 0.8, HOLDING, other)
+        np.testing.assert_allclose(anew.mapped, movement.mapped + 0.1)
 
 
 def test_until_the_palm_is_there_it_opens_wider_along_the_squeeze(retargeter, driver, commands):
