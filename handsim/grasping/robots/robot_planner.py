@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan, Schedule, schedule_for
 from handsim.grasping.planning.planner import NO_WAY
@@ -47,6 +48,9 @@ ATTEMPTS = 2
 """Searches until a plan holds in its whole task."""
 N_PERTURBED = 2
 """Perturbed runs of every plan whose nominal run holds."""
+SLOWEST = 2.0
+"""Greatest time constant of servos with which a hand can grasp [s]; those of Shadow, Allegro and
+LEAP have 0.02 to 0.1."""
 SQUEEZE_LAGS = 5.0
 """How much longer a robot squeezes than a person, in time constants of its servos."""
 
@@ -124,9 +128,20 @@ class RobotGrasps:
         return simulate_robot(scene, plan, told.driver, commands, told.movement, brief=brief)
 
     def schedule(self, scene: RobotScene) -> Schedule:
-        """Return the timing of a task, with a squeeze that lasts until slow servos have closed."""
+        """Return the timing of a task, with a squeeze that lasts until slow servos have closed.
+
+        Raises
+        ------
+        InputError
+            If they are slower than `SLOWEST`.
+        """
         robot = self.retargeter.robot
         lag = RobotServos.at(robot, robot.reference).lag
+        if not lag <= SLOWEST:
+            raise InputError(
+                f"the hand's servos follow with a time constant of {lag:.3g} s, more than "
+                f"{SLOWEST:g}; give them more gain or less damping"
+            )
         usual = schedule_for(scene.task)
         longer = round(SQUEEZE_LAGS * lag * RATE) / RATE  # whole readings
         return replace(usual, squeeze=usual.squeeze + longer)

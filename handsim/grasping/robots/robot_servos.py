@@ -11,7 +11,7 @@ import numpy as np
 
 from handsim.joints import FINGERS
 from handsim.retargeting.robot_hand import RobotHand
-from handsim.types import Array
+from handsim.types import Array, Mask
 
 SOFTEST = 0.1
 """Least force that is reckoned with [N]."""
@@ -33,17 +33,20 @@ class RobotServos:
         How fingertips move in the palm's frame; 0 for fingers that the robot has not.
     lead : (m,) [s]
         Ratio of damping to stiffness: a target that leads a moving joint by velocity times lead
-        keeps it at that velocity.
+        keeps it at that velocity. 0 where no servo moves the coordinate.
+    driven : (m,)
+        Whether a servo does.
     """
 
     stiffness: Array
     jacobian: Array
     lead: Array
+    driven: Mask
 
     @property
     def lag(self) -> float:
         """Time constant with which the fingers follow, [s]."""
-        return float(np.median(self.lead))
+        return float(np.median(self.lead[self.driven])) if self.driven.any() else 0.0
 
     @classmethod
     def at(cls, robot: RobotHand, x: Array) -> "RobotServos":
@@ -54,7 +57,8 @@ class RobotServos:
         gains = robot.model.actuator_gainprm[robot.actuator_ids, 0]
         stiffness = slopes.T @ (gains[:, None] * slopes)
         least = _SOFT * np.diag(stiffness).max()
-        stiffness[np.diag_indices_from(stiffness)] += np.where(np.diag(stiffness) < least, least, 0)
+        driven = np.diag(stiffness) >= least
+        stiffness[np.diag_indices_from(stiffness)] += np.where(driven, 0.0, least)
         jacobian = np.zeros((len(FINGERS), 3, len(x)))
         for finger, rates in zip(robot.fingers, robot.forward(x).d_points, strict=True):
             jacobian[FINGERS.index(finger)] = rates
@@ -62,7 +66,8 @@ class RobotServos:
         resisting = robot.model.dof_damping[robot.model.jnt_dofadr[ids]]
         speeds = -robot.model.actuator_biasprm[robot.actuator_ids, 2]
         damping = resisting + np.diag(slopes.T @ (speeds[:, None] * slopes))
-        return cls(stiffness, jacobian, damping / np.diag(stiffness))
+        lead = np.where(driven, damping / np.diag(stiffness), 0.0)
+        return cls(stiffness, jacobian, lead, np.asarray(driven))
 
     def force_of(self, closing: Array) -> float:
         """Return the force of a fingertip for a movement of the targets [N]; the thumb's if any.

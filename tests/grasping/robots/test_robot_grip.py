@@ -17,7 +17,7 @@ JACOBIAN[0, 0] = [0.1, 0.0, 0.0]  # only the first coordinate moves the thumb
 
 def servos(lag: float = 0.02) -> RobotServos:
     stiffness = np.diag([STIFF * 0.03 / 0.09, 1.0, 1.0])  # 0.3 of it by 0.03 m is 6 N
-    return RobotServos(stiffness, JACOBIAN, np.full(3, lag))
+    return RobotServos(stiffness, JACOBIAN, np.full(3, lag), np.ones(3, dtype=bool))
 
 
 def grip(force: float = 3.0, kept=(True, True, True), lag: float = 0.02) -> RobotGrip:
