@@ -1,6 +1,7 @@
 """Controllers, recordings and plans that commands use where none are named."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.planning.grasper import ControllerGrasper
     from handsim.learning.controller import GraspController
+    from handsim.learning.transport.transport import Transport
     from handsim.recordings.recording import RecordingSet
 
 
@@ -103,6 +105,56 @@ def plan_folder(controller: Path | None) -> Path:
     if controller is None:
         return shipped_folder()
     return controller.with_suffix(".plans")
+
+
+PEOPLE = "people"
+"""Name of the recorded reaches that come with the package."""
+
+
+@dataclass(frozen=True)
+class PalmTransport:
+    """How the palm comes in, and what an answer says of it.
+
+    Attributes
+    ----------
+    learned
+        None: straight.
+    said
+    """
+
+    learned: "Transport | None" = None
+    said: "dict[str, object]" = field(default_factory=dict[str, object])
+
+    @classmethod
+    def of(cls, name: str | None) -> "PalmTransport":
+        """Learn how palms come to things from a folder of recordings, or from those of `PEOPLE`.
+
+        What it was learned from is said on standard error.
+
+        Raises
+        ------
+        InputError
+            If too few of the recordings hold a reach of the palm.
+        """
+        from handsim.cli.console import note
+        from handsim.cli.waiting import fraction_done
+        from handsim.learning.transport.recorded import recorded_transport
+
+        if name is None:
+            return cls()
+        folder = data_folder("assets") / "people" / "pillow" if name == PEOPLE else Path(name)
+        recordings = recordings_or_built_in(folder)
+        with fraction_done("learning the transport") as progress:
+            learned = recorded_transport(recordings, progress=progress)
+        certified = learned.certificate.certified
+        proved = "proven to arrive" if certified else "NOT proven to arrive"
+        note(f"the palm comes in as in {learned.n_reaches} recorded reaches, {proved}")
+        of = {"recordings": name, "n_reaches": learned.n_reaches, "certified": certified}
+        return cls(learned, {"transport": of})
+
+    def by(self, grasper: "ControllerGrasper") -> "ControllerGrasper":
+        """Return a grasper whose palm comes in so."""
+        return replace(grasper, transport=self.learned)
 
 
 def planning_grasper(
@@ -198,7 +250,7 @@ def grasper_without(
     """
     from handsim.cli.console import note
     from handsim.cli.waiting import fraction_done
-    from handsim.grasping.planning.grasper import ControllerGrasper, without_object
+    from handsim.grasping.planning.grasper import ControllerGrasper
     from handsim.grasping.planning.plan_store import plan_store, usual_store
     from handsim.learning.learn import learn_controller, learn_like
 
@@ -207,7 +259,7 @@ def grasper_without(
     objects = tuple(dict.fromkeys(recording.object for recording in recordings))
     if name not in objects:
         raise UnknownNameError("recorded object", name, objects)
-    others = without_object(recordings, name)
+    others = recordings.without_object(name)
     if path is None and folder is not None:
         learned = learn_controller(others).controller
         plans = folder.resolve().with_name(f"{folder.resolve().name}.plans")

@@ -39,11 +39,14 @@ from handsim.cli.objects import (
 from handsim.cli.waiting import NOTHING, fraction_done, keeping
 
 if TYPE_CHECKING:
+    from handsim.cli.defaults import PalmTransport
     from handsim.errors import FileError
     from handsim.grasping.conditions import Conditions
     from handsim.grasping.judging.protocols import RunVerdict
     from handsim.grasping.planning.grasper import ControllerGrasper, Grasper
+    from handsim.grasping.planning.trials.own_object import OwnGrasp
     from handsim.grasping.rollout.record import Rollout
+    from handsim.objects.mesh_import import OwnObject
     from handsim.tasks.task import Task
     from handsim.types import Base, HandSize
 
@@ -104,6 +107,14 @@ def grasp(
             "usual for robot hands; or, for these, a mount of limited force."
         ),
     ] = None,
+    transport: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Let the palm come in as in recordings of reaches, or as in those that are "
+            "shipped (people); straight if left out.",
+        ),
+    ] = None,
     hard: Annotated[
         Literal["pose", "friction", "mass", "shake", "bias", "latency"] | None,
         typer.Option(help="Perturb the trials in this alone, and hard."),
@@ -127,12 +138,12 @@ def grasp(
     given: dict[str, object] = {"--up": up, "--scale": scale, "--mass": mass, "--pieces": pieces}
     _check_what(task, own, given, leave_out, replay=replay)
     check_gl()
+    _check_transport(transport, controller, hand)
     if output is not None:
         writable_folder(output)
 
-    from handsim.cli.defaults import hand_size
+    from handsim.cli.defaults import PalmTransport, hand_size
     from handsim.grasping.judging.protocols import TaskVerdict, judge_runs, summarise
-    from handsim.grasping.sweep.spec import DEMONSTRATOR
     from handsim.objects.mesh_import import read_object
 
     size = hand_size(hand_length, hand_breadth, side)
@@ -141,19 +152,17 @@ def grasp(
     say_base(conditions.base)
     of_person = conditions if robot is None else person_beside(robot, conditions)
     said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}
+    carried = PalmTransport.of(transport)
     if own is None:
         tasks = _tasks(task or "", leave_out)
-        grasper = _grasper(controller, of_person, leave_out, recordings, replay=replay)
-        _make(output)
+        grasper = _grasper(controller, of_person, leave_out, recordings, carried, replay=replay)
     else:
         with fraction_done("reading"):
             thing = read_object(own, mass=mass, scale=scale, up=up, pieces=pieces)
-        say_assumed(thing)
-        planning = None if controller == DEMONSTRATOR else _planning(controller, of_person)
-        _make(output)
-        chosen = choose_grasp(thing, planning, of_person, jobs or default_jobs())
+        chosen = _chosen(thing, controller, of_person, carried, jobs)
         tasks, grasper = [chosen.task], chosen.grasper
         said = {"object": as_dict(thing), **grasp_as_dict(chosen)}
+    _make(output)
     if robot is not None:
         grasper = robot_grasper(robot, grasper, controller)
         conditions = grasper.conditions_of(conditions)
@@ -169,16 +178,31 @@ def grasp(
             TaskVerdict(each, tuple(run for _, run in of_task))
             for each, of_task in groupby(runs, key=lambda pair: pair[0])
         ]
-    if json and task != "all":
-        say_json(results[0].as_dict() | said)
-    elif json:
-        say_json(summarise(results, perf_counter() - started) | said)
+    if json:
+        seconds = perf_counter() - started
+        answer = summarise(results, seconds) if task == "all" else results[0].as_dict()
+        say_json(answer | said | carried.said)
     else:
         show_verdicts(results)
     if unwritten:
         raise unwritten[0]
     if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
+
+
+def _chosen(
+    thing: "OwnObject",
+    controller: str | None,
+    conditions: "Conditions",
+    carried: "PalmTransport",
+    jobs: int | None,
+) -> "OwnGrasp":
+    """Choose how to grasp an own object."""
+    from handsim.grasping.sweep.spec import DEMONSTRATOR
+
+    say_assumed(thing)
+    planning = None if controller == DEMONSTRATOR else _planning(controller, conditions, carried)
+    return choose_grasp(thing, planning, conditions, jobs or default_jobs())
 
 
 def _left_behind(controller: str | None, folder: Path | None) -> str:
@@ -225,10 +249,22 @@ def _check_what(
         )
 
 
-def _planning(name: str | None, conditions: "Conditions") -> "ControllerGrasper":
+def _check_transport(name: str | None, controller: str | None, hand: Path | None) -> None:
+    """Check that a transport is asked for where a learned one may carry the hand."""
+    from handsim.errors import InputError
+    from handsim.grasping.sweep.spec import DEMONSTRATOR
+
+    if name is not None and (controller == DEMONSTRATOR or hand is not None):
+        goes = "the demonstrator's palm goes" if hand is None else "a robot's base comes in"
+        raise InputError(f"{goes} straight; drop --transport")
+
+
+def _planning(
+    name: str | None, conditions: "Conditions", carried: "PalmTransport"
+) -> "ControllerGrasper":
     from handsim.cli.defaults import planning_grasper
 
-    return planning_grasper(None if name is None else Path(name), conditions)
+    return carried.by(planning_grasper(None if name is None else Path(name), conditions))
 
 
 def _tasks(name: str, left_out: str | None) -> "list[Task]":
@@ -264,6 +300,7 @@ def _grasper(
     conditions: "Conditions",
     left_out: str | None,
     recordings: Path | None,
+    carried: "PalmTransport",
     *,
     replay: bool,
 ) -> "Grasper":
@@ -283,8 +320,8 @@ def _grasper(
         return demonstrate
     path = None if name is None else Path(name)
     if left_out is not None:
-        return grasper_without(left_out, path, recordings, conditions)
-    return planning_grasper(path, conditions, replay=replay)
+        return carried.by(grasper_without(left_out, path, recordings, conditions))
+    return carried.by(planning_grasper(path, conditions, replay=replay))
 
 
 def _kept(

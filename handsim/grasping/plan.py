@@ -2,20 +2,29 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from handsim.errors import InputError
 from handsim.joints import JOINT_INDEX, N_JOINTS
 from handsim.learning.movement.progress import minimum_jerk
 from handsim.learning.subspace import PostureSubspace
+from handsim.learning.transport.walls import Plane
 from handsim.tasks.task import Step, Task
 from handsim.types import Array
+
+if TYPE_CHECKING:
+    from handsim.learning.transport.transport import PalmReach, Transport
 
 _SCALAR_LAST, _SCALAR_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]
 """Quaternions as SciPy has them, and as they are here: SciPy takes twice as long to exchange them,
 and fits make tens of thousands of poses."""
+TABLE = Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]), width=0.05)
+"""The table as an obstacle to a learned transport [m]."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +122,9 @@ class GraspPlan:
         Destination in the subspace of the controller that it is a plan for, which is followed to
         the bit; ``q_goal`` is then its posture, within the joint ranges. None where no controller
         was planned for: a script plays ``q_goal``, a controller goes to its projection.
+    transport
+        What was learned of how palms come to things; None: along a straight line with minimum jerk.
+        It is no part of a stored plan.
     """
 
     palm: Pose
@@ -123,6 +135,7 @@ class GraspPlan:
     grip: float = 3.0
     arrive: float = 0.85
     z_goal: Array | None = None
+    transport: "Transport | None" = None
 
     def goal_in(self, subspace: PostureSubspace) -> Array:
         """Return the destination in a subspace: ``z_goal``, or the projection of ``q_goal``."""
@@ -133,8 +146,8 @@ class GraspPlan:
 class PalmPath:
     """Commanded movement of the palm through a whole task.
 
-    The reach comes in along the retreat; after the squeeze each step of the task moves the palm
-    rigidly about the grasp point.
+    The reach comes in along the retreat, or from its end as was learned; after the squeeze each
+    step of the task moves the palm rigidly about the grasp point.
     """
 
     plan: GraspPlan
@@ -144,12 +157,41 @@ class PalmPath:
 
     def poses(self, times: Array) -> tuple[Array, Array]:
         """Return the palm's positions (n, 3) [m] and orientations (n, 4) in the world at times."""
-        back = 1.0 - ramp(times, 0.0, self.plan.arrive * self.schedule.reach)
         grasp = self.object_pose @ self.plan.palm
-        retreat = self.object_pose.rotation.apply(self.plan.retreat)
+        if self.plan.transport is None:
+            back = 1.0 - ramp(times, 0.0, self._duration)
+            retreat = self.object_pose.rotation.apply(self.plan.retreat)
+            coming = grasp.pos + back[:, None] * retreat
+        else:
+            coming = self.learned_reach.at(np.clip(times, 0.0, self._duration))
         shift, turn = self._carried(times)
-        pos = shift + turn.apply(grasp.pos + back[:, None] * retreat)
+        pos = shift + turn.apply(coming)
         return pos, (turn * grasp.rotation).as_quat(scalar_first=True)
+
+    @cached_property
+    def learned_reach(self) -> "PalmReach":
+        """How the palm comes in by the plan's transport, with the table as an obstacle.
+
+        Raises
+        ------
+        InputError
+            If the flow does not arrive, which a certified one does, or is not to be followed.
+        """
+        assert self.plan.transport is not None
+        goal = (self.object_pose @ self.plan.palm).pos
+        start = goal + self.object_pose.rotation.apply(self.plan.retreat)
+        reach = self.plan.transport.reach(start, goal, (TABLE,), self._duration)
+        if not reach.path.arrived:
+            raise InputError(
+                f"the learned transport does not bring the palm to {self.task.name} "
+                f"({reach.path.reason}); leave it out"
+            )
+        return reach
+
+    @property
+    def _duration(self) -> float:
+        """Until the palm is in place [s]."""
+        return self.plan.arrive * self.schedule.reach
 
     def at(self, time: float) -> Pose:
         """Return the palm's pose in the world at ``time`` [s]."""

@@ -203,6 +203,19 @@ class RecordingSet:
         left_out = range(len(self))[index]
         return RecordingSet(self.recordings[:left_out] + self.recordings[left_out + 1 :])
 
+    def without_object(self, name: str) -> "RecordingSet":
+        """Return the recordings of all other objects.
+
+        Raises
+        ------
+        InputError
+            If none are left.
+        """
+        kept = tuple(each for each in self.recordings if each.object != name)
+        if not kept:
+            raise InputError(f"no recordings are left without object '{name}'; add some of others")
+        return RecordingSet(kept)
+
 
 def check_postures(where: str, time: Array, q: Array) -> None:
     """Check a sequence of postures, (n,) [s] and (n, 22) [rad].

@@ -24,7 +24,6 @@ from handsim.arm.arm_geometry import FOREARM_OF_STATURE, HAND_OF_STATURE, UPPER_
 from handsim.arm.chain import angles_at, matrices, places, swivel_of
 from handsim.arm.reaching_arm import ReachingArm
 from handsim.arm.swivel import USUAL, fit_swivel, towards_mouth
-from handsim.hand.anthropometry import HandGeometry
 from handsim.hand.kinematics import Kinematics
 from handsim.learning.demonstration import demonstrations_of
 from handsim.learning.guide.predictor import GuideSettings, PathPredictor
@@ -34,7 +33,7 @@ from handsim.learning.transport.coupling import hand_law, widest_of
 from handsim.learning.transport.transport import learn_transport
 from handsim.navigation.paths import arc_length, at_arc_length, path_error
 from handsim.recordings.points.beside_hand import elbow_centre
-from handsim.recordings.points.channels import PALM_CENTRE
+from handsim.recordings.points.palm_path import wrist_path
 from handsim.recordings.statistics import reach_statistics
 
 SHIPPED = handsim.data_folder("assets") / "people" / "pillow"
@@ -96,14 +95,6 @@ def place(recording: handsim.Recording, name: str) -> np.ndarray:
     return np.stack([recording.channels[f"{name}_{axis}_m"] for axis in "xyz"], axis=1)
 
 
-def palm_of(recording: handsim.Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Wrist (n, 3) [m] and orientation of the palm, (n, 4)."""
-    quat = np.stack([recording.channels[f"palm_q{part}"] for part in "wxyz"], axis=1)
-    quat /= np.linalg.norm(quat, axis=1, keepdims=True)
-    middle = PALM_CENTRE * HandGeometry(recording.hand).mcp("middle")
-    return place(recording, "palm") - matrices(quat) @ middle, quat
-
-
 def torso_axes(recording: handsim.Recording) -> np.ndarray:
     """Upright axes with x from the torso's markers to the shoulder's, (n, 3, 3)."""
     if "torso_x_m" not in recording.channels:
@@ -117,7 +108,7 @@ def torso_axes(recording: handsim.Recording) -> np.ndarray:
 
 def measured(recordings: handsim.RecordingSet) -> Person:
     """Find the arm's lengths and the shoulder joint; the marker of the elbow is on its outside."""
-    wrists = np.vstack([palm_of(each)[0] for each in recordings])
+    wrists = np.vstack([wrist_path(each)[0] for each in recordings])
     marks = np.vstack([place(each, "shoulder") for each in recordings])
     axes = np.vstack([torso_axes(each) for each in recordings])
     markers = np.vstack([place(each, "elbow") for each in recordings])
@@ -150,7 +141,7 @@ def centre_of(places: np.ndarray, radius: float) -> tuple[np.ndarray, float]:
 
 def reach_of(recording: handsim.Recording, person: Person) -> Reach:
     """Places of one reach."""
-    wrist, quat = palm_of(recording)
+    wrist, quat = wrist_path(recording)
     shoulder = place(recording, "shoulder") + torso_axes(recording) @ person.joint
     elbow = elbow_centre(place(recording, "elbow"), shoulder, wrist, recording.hand.side)
     said = reach_statistics(recording)

@@ -39,7 +39,8 @@ def searched(monkeypatch):
         tasks.append(task.name)
         start = replace(starts[0], arrive=0.85)
         scene = RobotScene.build(task, conditions, grasps.retargeter.robot)
-        return start, grasps.run(scene, start)
+        told = grasps.told(scene, start)
+        return start, grasps.run_told(scene, start, told), told.movement.mapped
 
     monkeypatch.setattr(robot_grasper, "plan_robot_grasp", quickly)
     return tasks

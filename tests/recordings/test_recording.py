@@ -94,6 +94,15 @@ def test_one_is_left_out_by_any_place(five):
             five.without(place)
 
 
+def test_an_object_is_left_out_with_all_its_recordings(five):
+    first, second, *others = five
+    jars = RecordingSet((first, replace(second, object="jar"), *others))
+    assert names(jars.without_object("cube")) == ["b"]
+    assert names(jars.without_object("jar")) == ["a", "c", "d", "e"]
+    with pytest.raises(InputError, match="no recordings are left without object 'jar'"):
+        jars.without_object("cube").without_object("jar")
+
+
 def test_recordings_are_equal_by_what_they_hold(five):
     one, same = five[0], recording("a", 0)
     assert one == same and hash(one) == hash(same)

@@ -5,7 +5,6 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from handsim.errors import InputError
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
 from handsim.grasping.planning.demonstrator import scripted_plan
@@ -19,7 +18,7 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.learning.certification import covered
 from handsim.learning.controller import GraspController
-from handsim.recordings.recording import RecordingSet
+from handsim.learning.transport.transport import Transport
 from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
 from handsim.types import Progress
@@ -54,7 +53,7 @@ class Wanted:
     start
         A plan with which the search begins, or None.
     others
-        Plans of other hands with which it begins where there is no ``start``.
+        Plans of other controllers or hands, near which it begins where there is no ``start``.
     attempts
         Searches already made that found no plan that holds.
     why
@@ -105,8 +104,9 @@ class ControllerGrasper:
 
     A stored plan is used if it was made for the same task, object, hand, schedule and physics
     (`PlanKey`), and either holds or was searched `ATTEMPTS` times. Any other stored plan is the
-    start of a search. Where none is of this hand, the plans of other hands are, for the task and
-    then for others with its object.
+    start of a search. Where there is none of this controller and hand, the search begins near
+    that of another controller for this hand, or else near the plans of other hands, for the task
+    and then for others with its object.
 
     Attributes
     ----------
@@ -126,6 +126,8 @@ class ControllerGrasper:
     planning
         Called with a label while a plan is searched: a context whose value is called with the
         fraction done.
+    transport
+        How the palm comes to things; None: along straight lines. Plans are searched with those.
     made
         Plans made by this grasper, by task. They are used even where the store cannot be written.
     proven
@@ -139,6 +141,7 @@ class ControllerGrasper:
     shared: tuple[PlanStore, ...] = ()
     note: Note | None = None
     planning: Waiting = nobody_waits
+    transport: Transport | None = None
     made: dict[str, StoredPlan] = field(
         default_factory=dict[str, StoredPlan], repr=False, compare=False
     )
@@ -159,14 +162,14 @@ class ControllerGrasper:
         conditions = scene.conditions
         if self.mode == "replay":
             hand = HandModel.from_spec(build_hand(conditions.hand))
-            return replayed_plan(self.controller, scene, hand)
+            return self._carried(replayed_plan(self.controller, scene, hand), conditions)
         found = self.look_up(task, conditions, scene)
         if isinstance(found, GraspPlan):
             return found
         self._note_again(found)
         with self.planning(f"planning {task.name}") as progress:
             stored = search_plan(self.controller, found, progress)
-        return self.keep(task, stored)
+        return self._carried(self.keep(task, stored), conditions)
 
     def prepare(self, tasks: Sequence[Task], conditions: Conditions, n_jobs: int) -> None:
         """Make and store the plans that are missing, in ``n_jobs`` processes."""
@@ -216,7 +219,7 @@ class ControllerGrasper:
         held = [each for each in fitting if each.held]
         final = [each for each in fitting if each.attempts >= ATTEMPTS]
         for each in (*held, *final):
-            return each.plan
+            return self._carried(each.plan, conditions)
         latest = (fitting or own or entries)[0]
         why = _why_not(latest, key)
         if not (own or fitting):
@@ -247,6 +250,12 @@ class ControllerGrasper:
             self.store.keep(task.name, stored, self.note)
         return stored.plan
 
+    def _carried(self, plan: GraspPlan, conditions: Conditions) -> GraspPlan:
+        """Return a plan whose palm comes in as this grasper's does."""
+        if self.transport is None:
+            return plan
+        return replace(plan, transport=self.transport.for_side(conditions.hand.side))
+
     def _note_again(self, wanted: Wanted) -> None:
         """Note why a stored plan is not used."""
         if wanted.why:
@@ -262,11 +271,15 @@ class ControllerGrasper:
                 yield stored
 
     def _begun(self, wanted: Wanted) -> Wanted:
-        """Return what to search with the plans of other controllers or hands to begin with."""
+        """Return what to search with the plans of other controllers or hands to begin with.
+
+        One of this hand is enough: what it holds, another controller of a person's hand holds with
+        much the same palm.
+        """
         hints = list(self._hints(wanted.task.name))
         for each in hints:
             if each.hand in (None, counted(wanted.conditions.hand)):
-                return replace(wanted, start=each.plan)
+                return replace(wanted, others=(each,))
         others = [*self._entries(wanted.task.name), *hints]
         for name in _with_same_object(wanted.task):
             others += self._hints(name)
@@ -330,17 +343,3 @@ def _with_same_object(task: Task) -> Iterator[str]:
     for each in TASKS:
         if each.name != task.name and each.object_name == task.object_name:
             yield each.name
-
-
-def without_object(recordings: RecordingSet, name: str) -> RecordingSet:
-    """Return the recordings of all other objects.
-
-    Raises
-    ------
-    InputError
-        If none are left.
-    """
-    kept = tuple(r for r in recordings if r.object != name)
-    if not kept:
-        raise InputError(f"no recordings are left without object '{name}'; add some of others")
-    return RecordingSet(kept)

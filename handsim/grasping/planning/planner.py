@@ -56,7 +56,7 @@ from handsim.types import Array, Progress
 
 GENERATIONS = 14
 NEAR = Effort(generations=6, spread=0.5)
-"""Of a search where plans of other hands are known: what it finds, it finds soon and near."""
+"""Of a search where plans of others are known: what it finds, it finds soon and near."""
 SEARCHES = 3
 """Largest number of starts that are searched from, until a nominal run holds."""
 N_NEAR = 2  # the same where plans of other hands are known
@@ -69,7 +69,7 @@ N_CONFIRMED = 6
 ENOUGH = 0.8
 """Share of runs, the nominal one counted, that a plan has to hold for the search to end."""
 FAIR = 0.25
-"""The same for what is found near plans of other hands: of the perturbed runs one at least."""
+"""The same for what is found near plans of others: of the perturbed runs one at least."""
 N_FITS = 3
 """Fits for each of `LEVERS` that are run in physics."""
 LEVERS = (0.0, 0.7)
@@ -119,8 +119,8 @@ def plan_grasp(
         A plan to try first. A plan of another controller must come without ``z_goal``; its
         destination is then the projection of its posture.
     others
-        Plans of other hands, where ``known`` is None, carried over to this one and tried in turn.
-        Where none holds with room to spare, the first search is from the best of them.
+        Plans of other controllers or hands, where ``known`` is None, carried over to this one and
+        tried in turn. Where none holds with room to spare, the first search is from the best.
     generations, n_perturbed
         Of the search, which is made where no start holds with room to spare (`NEAR` where plans of
         other hands are known), and perturbed runs of every plan whose nominal run holds.

@@ -7,7 +7,7 @@ obstacles of the same beta (`walls`). Progress over time is the mean of the reco
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,12 +20,14 @@ from handsim.navigation.certificate import Certificate, certify
 from handsim.navigation.flow import FlowPath, follow
 from handsim.navigation.function import NavigationFunction
 from handsim.navigation.paths import arc_length, at_arc_length
-from handsim.types import Array, Progress
+from handsim.types import Array, Progress, Side
 
 _N_CONTROL = 16  # of the time law
 _N_PROGRESS = 51
 _STEP = float(np.deg2rad(1.0))
 _GOAL = np.zeros(3)
+_MIRROR = np.array([1.0, -1.0, 1.0])
+"""The y axis of a reach points to the left: what a right hand does to it, a left one undoes."""
 SCALE = 2.5
 """Length of a straight reach in the coordinates of the field [rad], for which the learners are
 made."""
@@ -47,6 +49,10 @@ class Transport:
         Control points of the covered share of the length over time.
     duration
         Median of the recordings [s].
+    n_reaches
+        Number of reaches learned from.
+    mirrored
+        Whether it is for a left hand: the mirror image of a right hand's, which is learned.
     """
 
     navigation: NavigationFunction
@@ -54,6 +60,12 @@ class Transport:
     rises: tuple[float, float]
     progress: Array
     duration: float
+    n_reaches: int = 0
+    mirrored: bool = False
+
+    def for_side(self, side: Side) -> "Transport":
+        """Return the transport of a right or a left hand."""
+        return replace(self, mirrored=side == "left")
 
     def reach(
         self,
@@ -79,6 +91,8 @@ class Transport:
         """
         law = ProgressLaw(self.duration if duration is None else duration, self.progress)
         frame = ReachFrame.of(start, goal, self.rises)
+        if self.mirrored:
+            frame = replace(frame, axes=frame.axes * _MIRROR)
         near = [wall.moved(frame.axes, frame.goal, frame.distance / SCALE) for wall in walls]
         kept, field = keep_off(_GOAL, near), self.navigation
         if kept:
@@ -180,6 +194,7 @@ def learn_transport(
         (min(rises), max(rises)),
         _mean_progress(paths, times),
         float(np.median([time[-1] - time[0] for time in times])),
+        len(paths),
     )
 
 

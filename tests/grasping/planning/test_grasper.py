@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from handsim.errors import FileError, InputError, UnknownNameError
+from handsim.errors import FileError, UnknownNameError
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions, made_hard, perturb, trial_conditions
 from handsim.grasping.planning import grasper as grasping
@@ -18,7 +18,6 @@ from handsim.grasping.planning.grasper import (
     Wanted,
     search_plan,
     search_plans,
-    without_object,
 )
 from handsim.grasping.planning.plan_key import PlanKey, key_for, planned_for
 from handsim.grasping.planning.plan_store import PlanStore, StoredPlan, plan_store
@@ -26,32 +25,8 @@ from handsim.grasping.planning.planner import SEEDS
 from handsim.grasping.pool import one_by_one
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
-from handsim.recordings.recording import Recording, RecordingSet
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND, HandSize
-
-
-def test_an_object_is_left_out_with_all_its_recordings():
-    time = np.arange(20) / 100
-    q = np.linspace(0, 1, 20)[:, None] * np.ones(22)
-    recordings = RecordingSet(
-        tuple(
-            Recording(
-                name=f"r{i}",
-                time=time,
-                q=q,
-                number=i,
-                object=name,
-                task="t",
-                subject="s",
-                hand=HandSize(0.19, 0.09),
-            )
-            for i, name in enumerate(["cube", "jar", "cube"], start=1)
-        )
-    )
-    assert [r.name for r in without_object(recordings, "cube")] == ["r2"]
-    with pytest.raises(InputError, match="no recordings"):
-        without_object(without_object(recordings, "cube"), "jar")
 
 
 def test_trials_have_the_seeds_that_follow():
@@ -224,7 +199,8 @@ def test_searches_for_another_hand_begin_with_plans_for_the_task_and_for_its_obj
     made, _ = grasper("q.json", hints=(built_in, own))
     made.plan_for(JAR, Scene.build(JAR, left))
     (search,) = searches
-    assert (search.known.z_goal, search.others) == (None, ())
+    (other,) = search.others
+    assert (search.known, other.plan.z_goal, other.hand) == (None, None, left.hand)
 
 
 def test_what_is_found_is_where_the_next_search_begins_beside_plans_of_other_hands(
@@ -305,8 +281,10 @@ def test_plans_of_other_controllers_are_hints_without_their_coordinates(
     made, _ = grasper(hints=(replace(built_in, controller="another"),))
     made.plan_for(TASK, Scene.build(TASK, Conditions()))
     (search,) = searches
-    assert search.known.z_goal is None
-    assert search.known.q_goal.tobytes() == plan.q_goal.tobytes()
+    (other,) = search.others
+    assert search.known is None  # the search is near it, and short
+    assert other.plan.z_goal is None
+    assert other.plan.q_goal.tobytes() == plan.q_goal.tobytes()
 
 
 def test_a_plan_that_cannot_be_kept_is_used_all_the_same(grasper, searches, tmp_path):
