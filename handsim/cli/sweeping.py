@@ -11,6 +11,7 @@ import typer
 
 from handsim.cli.console import MAX_JOBS, JsonFlag, check_gl, note, say, say_json, writable
 from handsim.cli.waiting import fraction_done, keeping
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -67,7 +68,10 @@ def sweep(
         note(f"{before} of {spec.n_runs} runs are in {output}")
         graspers = SweepGraspers(spec, sources, table)
         if graspers.n_unplanned:
-            note(f"planning {graspers.n_unplanned} grasps, which takes a while and is kept")
+            note(
+                f"planning {number_of(graspers.n_unplanned, 'grasp')}, "
+                "which takes a while and is kept"
+            )
             with fraction_done("planning") as done:
                 graspers.plan(pool, done)
         with fraction_done("grasping") as done:

@@ -20,6 +20,7 @@ from handsim.cli.console import (
 from handsim.cli.recordings.calibrating import calibrate, map_
 from handsim.cli.recordings.cutting import PICTURES, cut
 from handsim.cli.waiting import fraction_done
+from handsim.wording import number_of
 
 app = typer.Typer()
 app.command("map")(map_)
@@ -90,7 +91,7 @@ def import_(
         write_recordings(recordings, output)
     for line in (*said_of(recordings), *lines_of(anomalies(recordings))):
         note(line)
-    note(f"wrote {len(recordings)} recordings to {output}")
+    note(f"wrote {number_of(len(recordings), 'recording')} to {output}")
 
 
 @app.command()
