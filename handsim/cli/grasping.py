@@ -13,6 +13,7 @@ from handsim.cli.console import (
     JsonFlag,
     check_gl,
     check_trials,
+    note,
     say_json,
     writable_folder,
 )
@@ -37,6 +38,7 @@ from handsim.cli.objects import (
     say_assumed,
 )
 from handsim.cli.waiting import NOTHING, fraction_done, keeping
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.errors import FileError
@@ -163,7 +165,8 @@ def grasp(
         grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs or 1
     )
     unwritten: list[FileError] = []
-    runs = _kept(judged, output, len(tasks) * (1 + trials), unwritten)
+    n_runs = len(tasks) * (1 + trials)
+    runs = _kept(judged, output, n_runs, unwritten)
     with keeping(_left_behind(controller, output)):
         results = [
             TaskVerdict(each, tuple(run for _, run in of_task))
@@ -175,10 +178,17 @@ def grasp(
         say_json(summarise(results, perf_counter() - started) | said)
     else:
         show_verdicts(results)
-    if unwritten:
-        raise unwritten[0]
+    _note_written(output, n_runs, unwritten)
     if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
+
+
+def _note_written(folder: Path | None, n_runs: int, unwritten: "list[FileError]") -> None:
+    """Say where the rollouts are, if any were asked for, or why they are not there."""
+    if unwritten:
+        raise unwritten[0]
+    if folder is not None:
+        note(f"wrote {number_of(n_runs, 'rollout')} to {folder}")
 
 
 def _left_behind(controller: str | None, folder: Path | None) -> str:

@@ -65,7 +65,8 @@ def sweep(
         open_table(output, key, sweeping.COLUMNS, spec.n_runs) as table,
     ):
         before = len(table)
-        note(f"{before} of {spec.n_runs} runs are in {output}")
+        if before:
+            note(f"{before} of {number_of(spec.n_runs, 'run')} already in {output}")
         graspers = SweepGraspers(spec, sources, table)
         if graspers.n_unplanned:
             note(
@@ -77,6 +78,8 @@ def sweep(
         with fraction_done("grasping") as done:
             sweeping.sweep(spec, graspers, table, pool, done)
         rows = list(table.rows())
+    if before < spec.n_runs:
+        note(f"wrote {number_of(spec.n_runs - before, 'run')} to {output}")
     if not json:
         say(results_table(rows).rstrip("\n"))
         return
