@@ -5,7 +5,7 @@
 #   make test-ci    the slow ones that nothing may land without
 #   make pythons    the quick tests with each Python from 3.11 to 3.13 that is found here
 #   make mutants    whether the tests notice small faults in what decides verdicts
-#   make docs       the documentation, to out/docs/index.html
+#   make docs       the documentation, to out/docs/index.html, without dead links
 #   make screenshots  its pictures of the live page, the report and itself, in headless Chromium
 PYTHON ?= python3
 BIN := .venv/bin
@@ -77,10 +77,13 @@ check: setup
 	$(BIN)/lint-imports
 	$(BIN)/pyright
 
-# All pages are read again, since modules may have gone; notebooks only where they have changed.
+# All pages are read again, since modules may have gone; notebooks only where they have changed. Pages
+# of sources are kept by Sphinx where the source has not changed, though what links there has.
 docs: rendering
+	rm -rf out/docs/_modules
 	MUJOCO_GL=$$($(BIN)/python -c "from handsim.viewing.opengl.backend import choose_backend as f; print(f())") \
 	$(BIN)/sphinx-build -W -E --keep-going -j auto docs out/docs
+	$(BIN)/python docs/_ext/dead_links.py out/docs
 
 # Of the documentation as it was built last.
 screenshots: rendering

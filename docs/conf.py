@@ -16,10 +16,10 @@ version = release = VERSION
 extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "numpydoc",
     "handsim_docs",
+    "mathml_pages",
     "task_gallery",
 ]
 exclude_patterns = ["_ext", "**/.ipynb_checkpoints"]
@@ -27,6 +27,7 @@ default_role = "py:obj"
 
 html_theme = "furo"
 html_title = f"handsim {version}"
+html_math_renderer = "mathml"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_js_files = ["films.js"]
@@ -41,6 +42,7 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 
 autodoc_default_options = {"members": True, "member-order": "bysource", "no-value": True}
+viewcode_follow_imported_members = False  # names are documented where they are defined
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 numpydoc_show_class_members = False

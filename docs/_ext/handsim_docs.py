@@ -118,7 +118,7 @@ def write_api(app: Sphinx) -> None:
     pages = {room: [f"handsim.{room}", *modules_of(room)] for room in ROOMS}
     pages["beside"] = [f"handsim.{name}" for name in beside]
     for name, modules in pages.items():
-        title = "Beside the rooms" if name == "beside" else f"handsim.{name}"
+        title = "Beside the rooms" if name == "beside" else _breakable(f"handsim.{name}")
         text = f"{title}\n{'=' * len(title)}\n\n" + "\n".join(map(_of_module, modules))
         page = folder / f"{name}.rst"
         if not page.is_file() or page.read_text(encoding="utf-8") != text:
@@ -128,11 +128,17 @@ def write_api(app: Sphinx) -> None:
             page.unlink()
 
 
+def _breakable(name: str) -> str:
+    """Let a long name be broken behind its dots, by spaces without width."""
+    return name.replace(".", ".\u200b")
+
+
 def _of_module(module: str) -> str:
     if module.removeprefix("handsim.") in ROOMS:
         return f".. automodule:: {module}\n   :no-members:\n"
-    line = "-" * len(module)
-    return f"{module}\n{line}\n\n.. automodule:: {module}\n   :ignore-module-all:\n"
+    title = _breakable(module)
+    line = "-" * len(title)
+    return f"{title}\n{line}\n\n.. automodule:: {module}\n   :ignore-module-all:\n"
 
 
 class FromCode(SphinxDirective):

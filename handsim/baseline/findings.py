@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from handsim.baseline.environment import Environment, differences
+from handsim.wording import number_of
 
 Kind = Literal[
     "environment", "outcome", "missing", "new", "shape", "number", "movement", "measure", "input"
@@ -142,9 +143,10 @@ class Report:
             Give each finding a line, however many follow from one cause.
         """
         head = (
-            f"{self.n_answers} answers as in the baseline"
+            f"{number_of(self.n_answers, 'answer')} as in the baseline"
             if self.ok
-            else f"{len(self.findings)} findings in {self.n_answers} answers, worst first"
+            else f"{number_of(len(self.findings), 'finding')} in "
+            f"{number_of(self.n_answers, 'answer')}, worst first"
         )
         first = [f"environment: {difference}" for difference in self.differences]
         many = [] if details else [each for each in self.causes if len(each[1]) > MOST_LISTED]
@@ -159,4 +161,5 @@ class Report:
 def _in_one_line(cause: str, findings: tuple[Finding, ...]) -> str:
     """Return a cause, how much follows from it, and the worst of that."""
     worst = next((finding for finding in findings if finding.kind != "input"), findings[0])
-    return f"{cause}: {len(findings)} findings, the worst {worst.kind} {worst.name} {worst.text}"
+    told = number_of(len(findings), "finding")
+    return f"{cause}: {told}, the worst {worst.kind} {worst.name} {worst.text}"

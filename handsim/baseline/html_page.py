@@ -15,6 +15,7 @@ from handsim.files import write_text
 from handsim.joints import JOINT_INDEX
 from handsim.viewing import html as page
 from handsim.viewing.figures.style import BLUE, VERMILION, WIDE, drawing, save_figure
+from handsim.wording import number_of
 
 MOST_DRAWN = 12
 """Largest number of traces whose curves are drawn; those that moved most are taken."""
@@ -36,7 +37,7 @@ def write_page(path: Path, baseline: Baseline, results: Results, report: Report)
         ("answers", "All answers", _answers(report)),
         ("versions", "Environment and reasons", _environment(baseline, report)),
     ]
-    verdict = "as in the baseline" if report.ok else f"{len(report.findings)} findings"
+    verdict = "as in the baseline" if report.ok else f"{number_of(len(report.findings), 'finding')}"
     top = page.tiles(
         (
             (verdict, "verdict"),

@@ -7,6 +7,7 @@ import typer
 
 from handsim.cli.console import JsonFlag, check_gl, help_where_alone, note, say, say_json, writable
 from handsim.cli.waiting import fraction_done, progress
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.recordings.recording import RecordingSet
@@ -56,7 +57,10 @@ def record(
     if json:
         traces = made.results.traces
         say_json({"answers": {name: trace.verdict for name, trace in traces.items()}})
-    note(f"recorded {len(made.results.traces)} answers, {len(plans)} of them grasps, to {baseline}")
+    note(
+        f"recorded {number_of(len(made.results.traces), 'answer')}, {len(plans)} of them grasps, "
+        f"to {baseline}"
+    )
 
 
 @app.command()

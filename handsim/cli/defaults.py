@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from handsim.errors import InputError, UnknownNameError
 from handsim.files import data_folder
 from handsim.types import MEDIAN_HAND, Array, HandSize, Side
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -86,7 +87,8 @@ def said_of(recordings: "RecordingSet", known: frozenset[str] = frozenset()) -> 
         for said, of in names.items()
     ]
     if len(lines) > MOST_NOTES:
-        more = f"{len(lines) - MOST_NOTES + 1} more notes; `handsim recordings info` shows them"
+        left = number_of(len(lines) - MOST_NOTES + 1, "more note")
+        more = f"{left}; `handsim recordings info` shows them"
         lines = [*lines[: MOST_NOTES - 1], more]
     return lines
 

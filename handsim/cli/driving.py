@@ -8,6 +8,7 @@ import typer
 
 from handsim.cli.console import ControllerFile, JsonFlag, check_gl, note, say, say_json, writable
 from handsim.cli.waiting import fraction_done
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.driving.replay import Driven
@@ -87,7 +88,7 @@ def drive(
     write_text(output, text)
     if video is not None:
         _film(driven, read, video)
-    note(f"wrote {len(driven.time)} postures to {output}")
+    note(f"wrote {number_of(len(driven.time), 'posture')} to {output}")
 
 
 def _ends(
@@ -148,7 +149,7 @@ def _film(driven: "Driven", read: "SignalFile", video: Path) -> None:
         shown.append(clip_of(PostureSequence(since, read.q, True, ""), caption="recorded"))
     with fraction_done("drawing") as progress:
         n = render(shown, video, progress=progress)
-    note(f"wrote {n} frames to {video}")
+    note(f"wrote {number_of(n, 'frame')} to {video}")
 
 
 def _summary(used: "SignalMap", driven: "Driven") -> dict[str, Any]:
@@ -182,12 +183,12 @@ def _say(summary: dict[str, Any]) -> None:
         "as given"
         if summary["explained"] is None
         else f"{100 * summary['explained']:.0f} % of progress explained by it in "
-        f"{summary['n_recordings']} recordings"
+        f"{number_of(summary['n_recordings'], 'recording')}"
     )
     say(f"{summary['channel']} {way}{share}; {found}")
     missing = f", {summary['n_missing']} without a value" if summary["n_missing"] else ""
     say(
-        f"{summary['n_frames']} frames{missing}; progress ends at "
+        f"{number_of(summary['n_frames'], 'frame')}{missing}; progress ends at "
         f"{100 * summary['progress_end']:.0f} %: {summary['reason']}, "
         f"{summary['goal_distance_deg']:.1f} deg from the destination"
     )

@@ -13,6 +13,7 @@ from handsim.cli.console import (
     JsonFlag,
     check_gl,
     check_trials,
+    note,
     say_json,
     writable_folder,
 )
@@ -24,6 +25,7 @@ from handsim.cli.hand import (
     robot_that_grasps,
     say_base,
 )
+from handsim.cli.listing.task_list import asked_tasks
 from handsim.cli.listing.verdict_table import show_verdicts
 from handsim.cli.objects import (
     MassOption,
@@ -37,6 +39,7 @@ from handsim.cli.objects import (
     say_assumed,
 )
 from handsim.cli.waiting import NOTHING, fraction_done, keeping
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.cli.defaults import PalmTransport
@@ -154,7 +157,7 @@ def grasp(
     said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}
     carried = PalmTransport.of(transport)
     if own is None:
-        tasks = _tasks(task or "", leave_out)
+        tasks = asked_tasks(task or "", leave_out)
         grasper = _grasper(controller, of_person, leave_out, recordings, carried, replay=replay)
     else:
         with fraction_done("reading"):
@@ -172,7 +175,8 @@ def grasp(
         grasper, tasks, conditions, trials, protocol=protocol, hard=hard, n_jobs=jobs or 1
     )
     unwritten: list[FileError] = []
-    runs = _kept(judged, output, len(tasks) * (1 + trials), unwritten)
+    n_runs = len(tasks) * (1 + trials)
+    runs = _kept(judged, output, n_runs, unwritten)
     with keeping(_left_behind(controller, output)):
         results = [
             TaskVerdict(each, tuple(run for _, run in of_task))
@@ -184,8 +188,7 @@ def grasp(
         say_json(answer | said | carried.said)
     else:
         show_verdicts(results)
-    if unwritten:
-        raise unwritten[0]
+    _note_written(output, n_runs, unwritten)
     if require_success and not all(result.nominal.success for result in results):
         raise typer.Exit(1)
 
@@ -203,6 +206,14 @@ def _chosen(
     say_assumed(thing)
     planning = None if controller == DEMONSTRATOR else _planning(controller, conditions, carried)
     return choose_grasp(thing, planning, conditions, jobs or default_jobs())
+
+
+def _note_written(folder: Path | None, n_runs: int, unwritten: "list[FileError]") -> None:
+    """Say where the rollouts are, if any were asked for, or why they are not there."""
+    if unwritten:
+        raise unwritten[0]
+    if folder is not None:
+        note(f"wrote {number_of(n_runs, 'rollout')} to {folder}")
 
 
 def _left_behind(controller: str | None, folder: Path | None) -> str:
@@ -265,26 +276,6 @@ def _planning(
     from handsim.cli.defaults import planning_grasper
 
     return carried.by(planning_grasper(None if name is None else Path(name), conditions))
-
-
-def _tasks(name: str, left_out: str | None) -> "list[Task]":
-    from handsim.errors import InputError, UnknownNameError
-    from handsim.tasks.table_one import TASKS, task_by_name
-
-    tasks = list(TASKS) if name == "all" else [task_by_name(name)]
-    if left_out is None:
-        return tasks
-    of_object = [task for task in TASKS if task.object_name == left_out]
-    if not of_object:
-        objects = dict.fromkeys(task.object_name for task in TASKS)
-        raise UnknownNameError("object", left_out, tuple(objects))
-    tasks = [task for task in tasks if task in of_object]
-    if not tasks:
-        named = ", ".join(task.name for task in of_object)
-        raise InputError(
-            f"task '{name}' is not of the object left out, {left_out}; give one of {named}, or all"
-        )
-    return tasks
 
 
 def _conditions(hand: "HandSize", base: "Base", seed: int, friction: float | None) -> "Conditions":

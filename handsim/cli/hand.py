@@ -9,6 +9,7 @@ import typer
 
 from handsim.cli.console import check_gl, help_where_alone, note, say, writable, writable_folder
 from handsim.cli.waiting import fraction_done
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -77,7 +78,8 @@ def inspect(
         writable(proposal)
     for line in robot.notes:
         note(line)
-    say(f"{robot.side} hand, {len(robot.lower)} coordinates move {len(robot.joint_names)} joints")
+    moving = number_of(len(robot.lower), "coordinate moves", "coordinates move")
+    say(f"{robot.side} hand, {moving} {number_of(len(robot.joint_names), 'joint')}")
     say(f"palm: {robot.frames.palm.name}")
     for finger, frame in robot.frames.fingertips.items():
         say(f"{finger}: {frame.name}")

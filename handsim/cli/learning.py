@@ -19,6 +19,7 @@ from handsim.cli.console import (
     writable,
 )
 from handsim.cli.waiting import fraction_done
+from handsim.wording import number_of
 
 
 def learn(
@@ -84,8 +85,9 @@ def learn(
         learned.controller.save(output)
         return
     note(
-        f"learned from {summary['n_recordings']} recordings in {summary['seconds']:.2f} s: "
-        f"{summary['n_components']} components explain "
+        f"learned from {number_of(summary['n_recordings'], 'recording')} in "
+        f"{summary['seconds']:.2f} s: "
+        f"{number_of(summary['n_components'], 'component explains', 'components explain')} "
         f"{100 * summary['variance_explained']:.1f} %, cost {summary['cost_start']:.4g} to "
         f"{summary['cost_end']:.4g} in {summary['iterations']} iterations"
     )
@@ -248,4 +250,4 @@ def postures(
     write_postures(movement.time, movement.q, output)
     away = f"{np.rad2deg(movement.goal_distance):.1f} deg from the destination"
     ending = "" if movement.arrived else f"; it does not arrive: {movement.reason}, {away}"
-    note(f"wrote {len(movement.time)} postures to {output}{ending}")
+    note(f"wrote {number_of(len(movement.time), 'posture')} to {output}{ending}")

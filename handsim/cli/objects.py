@@ -17,6 +17,7 @@ from handsim.cli.console import (
     writable,
 )
 from handsim.cli.waiting import fraction_done
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -127,7 +128,7 @@ def _draw(own: "OwnObject", output: Path) -> None:
         from handsim.viewing.resting_sheet import resting_sheet
 
         write_image(resting_sheet(own), output)
-    note(f"wrote {max(1, len(own.resting))} pictures to {output}")
+    note(f"wrote {number_of(max(1, len(own.resting)), 'picture')} to {output}")
 
 
 MOST_JOBS = 4
@@ -177,7 +178,7 @@ def in_words(chosen: "OwnGrasp") -> str:
     grasp = chosen.proposal.grasp
     way = _WAYS.get(grasp.kind, "from above")
     said = (
-        f"{chosen.task.object_name} {way}, thumb against {len(grasp.fingers)} fingers,"
+        f"{chosen.task.object_name} {way}, thumb against {number_of(len(grasp.fingers), 'finger')},"
         f" {1000 * grasp.width:.0f} mm apart, {1000 * grasp.point[2]:.0f} mm above the table"
     )
     if not chosen.n_tried:

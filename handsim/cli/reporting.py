@@ -13,6 +13,7 @@ import typer
 from handsim.cli.console import Accept, ControllerFile, Folder, check_gl, note, writable
 from handsim.cli.waiting import fraction_done, progress
 from handsim.errors import MissingToolError
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -62,7 +63,8 @@ def report(
     with fraction_done("writing") as written:
         commands = _commands(learned, folder)
         write_report(output, learned, recordings, grasps, commands, written, planned)
-    note(f"wrote {output}: {output.stat().st_size / 2**20:.1f} MB, {len(grasps)} grasps")
+    size = output.stat().st_size / 2**20
+    note(f"wrote {output}: {size:.1f} MB, {number_of(len(grasps), 'grasp')}")
 
 
 def view(

@@ -15,6 +15,7 @@ from handsim.cli.console import (
     writable_folder,
 )
 from handsim.cli.waiting import fraction_done, keeping
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.viewing.film.clip import Clip
@@ -94,7 +95,10 @@ def figures(
     with keeping(kept), fraction_done("drawing") as progress:
         written = make_figures(learned, recordings, output, progress, pages=paper)
     pictures = [path for path in written if path != paper]
-    note(f"wrote {len(pictures)} pictures to {output}{f', and {paper}' if paper else ''}")
+    note(
+        f"wrote {number_of(len(pictures), 'picture')} to {output}"
+        f"{f', and {paper}' if paper else ''}"
+    )
 
 
 def _clip(source: Path, *, measurements: bool) -> "Clip":

@@ -11,6 +11,7 @@ import typer
 
 from handsim.cli.console import MAX_JOBS, JsonFlag, check_gl, note, say, say_json, writable
 from handsim.cli.waiting import fraction_done, keeping
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.grasping.conditions import Conditions
@@ -64,15 +65,21 @@ def sweep(
         open_table(output, key, sweeping.COLUMNS, spec.n_runs) as table,
     ):
         before = len(table)
-        note(f"{before} of {spec.n_runs} runs are in {output}")
+        if before:
+            note(f"{before} of {number_of(spec.n_runs, 'run')} already in {output}")
         graspers = SweepGraspers(spec, sources, table)
         if graspers.n_unplanned:
-            note(f"planning {graspers.n_unplanned} grasps, which takes a while and is kept")
+            note(
+                f"planning {number_of(graspers.n_unplanned, 'grasp')}, "
+                "which takes a while and is kept"
+            )
             with fraction_done("planning") as done:
                 graspers.plan(pool, done)
         with fraction_done("grasping") as done:
             sweeping.sweep(spec, graspers, table, pool, done)
         rows = list(table.rows())
+    if before < spec.n_runs:
+        note(f"wrote {number_of(spec.n_runs - before, 'run')} to {output}")
     if not json:
         say(results_table(rows).rstrip("\n"))
         return

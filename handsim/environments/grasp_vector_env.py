@@ -24,6 +24,7 @@ from handsim.grasping.plan import GraspPlan
 from handsim.grasping.rollout.record import Rollout
 from handsim.tasks.task import Task
 from handsim.types import Array, Base, Mask
+from handsim.wording import number_of
 
 
 class GraspVectorEnv(VectorEnv[Observed, Array, Any]):
@@ -109,7 +110,9 @@ class GraspVectorEnv(VectorEnv[Observed, Array, Any]):
         if isinstance(seeds, int):
             seeds = range(seeds, seeds + self.num_envs)
         if len(seeds) != self.num_envs:
-            raise InputError(f"{len(seeds)} seeds for {self.num_envs} environments; give one each")
+            raise InputError(
+                f"{number_of(len(seeds), 'seed')} for {self.num_envs} environments; give one each"
+            )
         self._options = options or {}
         return self._begin(seeds)
 

@@ -34,6 +34,7 @@ from handsim.navigation.function import NavigationFunction, inside_box
 from handsim.navigation.obstacle import ExponentialObstacle
 from handsim.navigation.paths import at_arc_length
 from handsim.types import Array
+from handsim.wording import number_of
 
 SCHEMA = 4
 """Of files: 1 without a metric of destinations, 2 with few of the options, 3 without paths."""
@@ -192,7 +193,9 @@ class GraspController:
         goal = self.check_goal(z_goal)
         start = np.asarray(z_start, dtype=float)
         if start.shape != goal.shape or not np.isfinite(start).all():
-            raise InputError(f"start of shape {start.shape}; give {len(goal)} finite coordinates")
+            raise InputError(
+                f"start of shape {start.shape}; give {number_of(len(goal), 'finite coordinate')}"
+            )
         return start, goal
 
     def timing(

@@ -22,6 +22,7 @@ from handsim.joints import N_JOINTS
 from handsim.learning.base import Estimator
 from handsim.reproducible import dots, mean, total, units
 from handsim.types import Array
+from handsim.wording import number_of
 
 _BITS = 30  # of components and mean, behind the binary point
 _NAMES = ("components_", "mean_", "explained_variance_", "explained_variance_ratio_")
@@ -85,7 +86,7 @@ class PostureSubspace(Estimator):
         rank = int(np.sum(np.linalg.svd(deviation, compute_uv=False) > 1e-6 * len(postures) ** 0.5))
         if rank < self.n_components:
             raise InputError(
-                f"{len(postures)} postures vary in {rank} directions, fewer than the "
+                f"{len(postures)} postures vary in {number_of(rank, 'direction')}, fewer than the "
                 f"{self.n_components} components asked for; record more movements or ask for fewer"
             )
         from sklearn.decomposition import PCA

@@ -18,6 +18,7 @@ from handsim.errors import InputError
 from handsim.navigation._spline_evaluator import SplineEvaluator, derivative_index
 from handsim.navigation.knots import KnotAxis
 from handsim.types import Array, Index
+from handsim.wording import number_of
 
 MAX_DIMENSIONS = 5
 _CHUNK = 2**17  # coefficients gathered at once (1 MiB), so that they stay in cache
@@ -47,7 +48,9 @@ class TensorBasis:
     def __post_init__(self) -> None:
         """Check the dimensions; the knots are checked where each axis is built."""
         if not 1 <= len(self.knots) <= MAX_DIMENSIONS:
-            raise InputError(f"{len(self.knots)} dimensions; a basis has 1 to {MAX_DIMENSIONS}")
+            raise InputError(
+                f"{number_of(len(self.knots), 'dimension')}; a basis has 1 to {MAX_DIMENSIONS}"
+            )
         if self.degree < 1:
             raise InputError(f"degree {self.degree}; give at least 1, or 3 for two derivatives")
         object.__setattr__(self, "knots", tuple(axis.knots for axis in self.axes))
@@ -129,7 +132,8 @@ class TensorBSpline:
         c = np.array(self.coefficients, dtype=float)
         if c.size != self.basis.n_coefficients:
             raise InputError(
-                f"{c.size} coefficients for a basis of {self.basis.n_coefficients}; give as many"
+                f"{number_of(c.size, 'coefficient')} for a basis of "
+                f"{self.basis.n_coefficients}; give as many"
             )
         c = c.reshape(self.basis.shape)
         c.flags.writeable = False

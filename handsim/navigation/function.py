@@ -24,6 +24,7 @@ from handsim.navigation.metric import DestinationMetric
 from handsim.navigation.obstacle import TINY_BETA, LogEvaluator, Obstacle
 from handsim.reproducible import dots, units
 from handsim.types import Array
+from handsim.wording import number_of
 
 MAX_K = 1e6
 """Largest exponent; doubles have no room for the powers of larger ones."""
@@ -48,7 +49,9 @@ def inside_box(z_goal: Array, low: Array, high: Array) -> Array:
     """
     goal, edge = np.asarray(z_goal, dtype=float), _EDGE * (high - low)
     if goal.shape != low.shape or not np.isfinite(goal).all():
-        raise InputError(f"destination of shape {goal.shape}; give {len(low)} finite coordinates")
+        raise InputError(
+            f"destination of shape {goal.shape}; give {number_of(len(low), 'finite coordinate')}"
+        )
     outside = np.flatnonzero((goal <= low + edge) | (goal >= high - edge))
     if outside.size:
         i = int(outside[0])

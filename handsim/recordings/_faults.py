@@ -9,6 +9,7 @@ import numpy as np
 from handsim.joints import JOINT_INDEX, JOINT_NAMES, JOINTS, LOWER, N_JOINTS, UPPER
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import Array, Mask
+from handsim.wording import number_of
 
 Severity = Literal["error", "warning"]
 _LOWER_DEG, _UPPER_DEG = np.rad2deg(LOWER), np.rad2deg(UPPER)
@@ -159,9 +160,9 @@ def of_whole_hand(q: Array, tolerance: float = 1.0) -> Fault | None:
     if angles.min() >= 0 and middle > COUNT:
         return Fault(
             *("counts", "error", middle, COUNT),
-            f"{wrong.sum()} joints are outside their ranges in most frames, and half of all angles "
-            f"exceed {middle:.0f} deg; are these raw counts of a glove? calibrate them with "
-            "`handsim recordings calibrate` and import them with --calibration",
+            f"{number_of(wrong.sum(), 'joint is', 'joints are')} out of range in most frames, and "
+            f"half of all angles exceed {middle:.0f} deg; are these raw counts of a glove? "
+            "calibrate them with `handsim recordings calibrate` and import them with --calibration",
         )
     as_given = float(outside[:, _FLEXIONS].mean(axis=0).sum())
     turned = float(_outside(-angles)[:, _FLEXIONS].mean(axis=0).sum())
@@ -219,11 +220,12 @@ def _jumps(recording: Recording, angles: Array) -> Iterator[Fault]:
         return
     frame, j = (int(i) for i in np.unravel_index(np.argmax(np.where(fast, steps, 0)), fast.shape))
     others = int(fast.any(axis=0).sum()) - 1
+    also = f", as {number_of(others, 'other does', 'others do')}" if others else ""
     yield Fault(
         *("jump", "warning", speed[frame, j], FASTEST_DEG_S),
         f"jumps by {steps[frame, j]:.0f} deg within a frame at {recording.time[frame + 1]:.3f} s, "
-        f"faster than {FASTEST_DEG_S:g} deg/s{f', as do {others} others' if others else ''}; look "
-        "for a loose sensor, or frames that are missing",
+        f"faster than {FASTEST_DEG_S:g} deg/s{also}; look for "
+        "a loose sensor, or frames that are missing",
         JOINT_NAMES[j],
     )
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from handsim.joints import JOINT_NAMES
 from handsim.types import Array, Mask
+from handsim.wording import number_of
 
 
 def bridge(time: Array, values: Array, longest: float) -> tuple[Array, Mask]:
@@ -70,7 +71,9 @@ def bridge_joints(time: Array, angles: Array, longest: float) -> tuple[Array, li
         return angles, []
     filled, bridged = bridge(time, angles, longest)
     counts = zip(JOINT_NAMES, bridged.sum(axis=0), strict=True)
-    return filled, [f"bridged {count} frames of {name}" for name, count in counts if count]
+    return filled, [
+        f"bridged {number_of(count, 'frame')} of {name}" for name, count in counts if count
+    ]
 
 
 def _gaps(missing: Mask) -> list[tuple[int, int]]:

@@ -17,6 +17,7 @@ from handsim.recordings import _faults
 from handsim.recordings._faults import Fault
 from handsim.recordings.recording import RecordingSet
 from handsim.recordings.sides import MIRRORED_JOINTS, looks_mirrored
+from handsim.wording import number_of
 
 Kind = Literal[
     "radians", "small", "milliseconds", "duration", "counts", "range", "sign", "rest-to-rest",
@@ -66,7 +67,7 @@ class ImplausibleError(InputError):
     def __init__(self, anomalies: tuple[Anomaly, ...]) -> None:
         first, kinds = anomalies[0], {each.kind for each in anomalies}
         others = len({each.recording for each in anomalies}) - 1
-        more = f" (and in {others} further recordings)" if others else ""
+        more = f" (and in {number_of(others, 'further recording')})" if others else ""
         accepts = " ".join(f"--accept {kind}" for kind in sorted(kinds))
         super().__init__(f"{first}{more}; if it is right, use {accepts}")
         self.anomalies = anomalies
@@ -152,7 +153,7 @@ def lines_of(found: Iterable[Anomaly]) -> list[str]:
         groups.setdefault((each.kind, each.joint), []).append(each)
     return [
         f"{group[0].severity}: {group[0]}"
-        + (f" (and in {len(group) - 1} further recordings)" if len(group) > 1 else "")
+        + (f" (and in {number_of(len(group) - 1, 'further recording')})" if len(group) > 1 else "")
         for group in groups.values()
     ]
 

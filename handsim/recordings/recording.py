@@ -14,6 +14,7 @@ from handsim.content import ByContent
 from handsim.errors import FileError, InputError
 from handsim.joints import JOINT_NAMES, N_JOINTS
 from handsim.types import Array, HandSize, Index
+from handsim.wording import number_of
 
 SYNTHETIC = "synthetic"
 """What recordings call the person that were made by script and simulation."""
@@ -260,7 +261,9 @@ def check_frames(where: str, time: Array, angles: Array, rows: Index) -> None:
 def check_times(where: str, time: Array, rows: Index) -> None:
     """Check that there are enough frames and that their times increase; see `check_frames`."""
     if len(time) < MIN_FRAMES:
-        raise FileError(f"{where}: {len(time)} frames; at least {MIN_FRAMES} are needed")
+        raise FileError(
+            f"{where}: {number_of(len(time), 'frame')}; at least {MIN_FRAMES} are needed"
+        )
     backward = np.flatnonzero(np.diff(time) <= 0)
     if backward.size:
         row = int(backward[0]) + 1

@@ -81,7 +81,7 @@ def propose_frames(model: mujoco.MjModel, placeholders: Collection[str] = ()) ->
         pads,
         knuckles,
         side,
-        f"link names of {named.hand}" if named else "the kinematic tree",
+        f"by link names, which are those of {named.hand}" if named else "by the kinematic tree",
     )
 
 

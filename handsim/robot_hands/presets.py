@@ -22,7 +22,7 @@ class Preset:
     Attributes
     ----------
     name
-        Of the hand.
+        Of the hand, or of the hands that share these names.
     palm
         Names of the link of the palm, the first that is there.
     fingertips
@@ -57,7 +57,8 @@ _INSPIRE = _all(
 
 PRESETS: tuple[Preset, ...] = (
     Preset("Shadow", ("palm",), _ANATOMIC, {"little": "LFJ4"}, ("LFJ5", "FFJ4")),
-    Preset("Adroit", ("palm",), _ANATOMIC, {"little": "LFJ3"}, ("LFJ4", "FFJ0")),
+    # Adroit took links and joints from Shadow's first models, which counted the joints from 0.
+    Preset("Shadow or Adroit", ("palm",), _ANATOMIC, {"little": "LFJ3"}, ("LFJ4", "FFJ0")),
     Preset(
         "Shadow",
         ("palm",),
@@ -108,7 +109,7 @@ class NamedLinks:
     Attributes
     ----------
     hand
-        What was recognised.
+        Whose names these are. Other hands may have taken them over.
     palm
         A body; empty where none of the names is there.
     fingertips

@@ -16,6 +16,8 @@ from handsim.files import write_text
 from handsim.grasping.rollout.record import Rollout, current_versions
 from handsim.learning.certification import certify
 from handsim.learning.controller import GraspController
+from handsim.learning.guide.choice import LeftOut
+from handsim.learning.guide.predictor import GuideSettings
 from handsim.learning.scores import evaluate
 from handsim.recordings.contents import summarise
 from handsim.recordings.recording import SYNTHETIC, RecordingSet
@@ -27,6 +29,7 @@ from handsim.viewing.film.clips import render_clips
 from handsim.viewing.film.offscreen import View
 from handsim.viewing.film.rollout_clips import rollout_clip
 from handsim.viewing.film.video import write_video
+from handsim.wording import number_of
 
 FILM = View(width=360, height=270, fps=12.0, quick=True)
 """Size and rate of the videos, no finer than the page shows them; two dozen of them make a few
@@ -109,12 +112,14 @@ def write_report(
 def _lead(controller: GraspController, recordings: RecordingSet) -> str:
     subspace = controller.subspace
     synthetic = all(recording.subject == SYNTHETIC for recording in recordings)
+    beside = "with" if controller.guide and controller.guide.progress else "without"
+    guided = f", guided {beside} progress as a coordinate" if controller.guide else ""
     return (
-        f"Learned from {_count(len(controller.demonstrations), 'recording')} by method "
-        f"{controller.method}{', guided' if controller.guide else ''}"
+        f"Learned from {number_of(len(controller.demonstrations), 'recording')} by method "
+        f"{controller.method}{guided}"
         f"{', certified' if controller.certified else ''}; "
-        f"{_count(len(subspace.components_), 'component')}, "
-        f"k = {controller.navigation.k:g}. Compared with {_count(len(recordings), 'recording')}"
+        f"{number_of(len(subspace.components_), 'component')}, "
+        f"k = {controller.navigation.k:g}. Compared with {number_of(len(recordings), 'recording')}"
         f"{', all synthetic' if synthetic else ''}."
     )
 
@@ -136,10 +141,10 @@ def _data(data: dict[str, Any], recordings: RecordingSet) -> str:
     sizes = ", ".join(f"{1000 * a:.0f} × {1000 * b:.0f} mm" for a, b in data["hand_sizes_m"])
     outside = data["n_frames_out_of_range"]
     text = (
-        f"{_count(data['n_recordings'], 'movement')} in {_count(data['n_frames'], 'frame')}; "
+        f"{number_of(data['n_recordings'], 'movement')} in {number_of(data['n_frames'], 'frame')}; "
         f"subjects: {_listed(data['subjects'])}. They last {durations['least']:.2f} to "
         f"{durations['greatest']:.2f} s (median {durations['median']:.2f} s). Hand length × "
-        f"breadth: {sizes}. {_count(outside, 'frame')} with an angle outside its joint's range."
+        f"breadth: {sizes}. {number_of(outside, 'frame')} with an angle outside its joint's range."
     )
     rows = [
         (r.name, r.object, r.task, r.subject, len(r.time), f"{r.duration:.2f}") for r in recordings
@@ -164,7 +169,40 @@ def _subspace(controller: GraspController) -> str:
         for i in range(len(share))
     ]
     header = ("component", "standard deviation [deg]", "variance [%]", "cumulative [%]")
-    return page.table(header, rows)
+    told = page.paragraph(what_leads(controller.guide, controller.left_out))
+    return page.table(header, rows) + told
+
+
+def what_leads(guide: GuideSettings | None, left_out: LeftOut | None) -> str:
+    """Say what a movement follows in the subspace, and why progress is a coordinate or is not.
+
+    Parameters
+    ----------
+    guide
+        Of a controller; None where it follows the flow of the obstacle.
+    left_out
+        Errors with and without progress as a coordinate; None where they were not compared.
+    """
+    if guide is None:
+        return "A movement follows the flow of the learned obstacle; no path is predicted."
+    told = (
+        "Progress along it is a coordinate of the field beside the components: a movement may go "
+        "back over the way that it came."
+        if guide.progress
+        else "Where the hand is between start and destination tells how far along it the movement "
+        "is; progress is no coordinate of the field."
+    )
+    said = (
+        "A movement follows a guide, which is the path predicted from the recordings for its "
+        f"start, destination and object. {told}"
+    )
+    if left_out is None:
+        return said
+    return (
+        f"{said} On recordings left out the guide is off by {left_out.with_progress:.3f} of a "
+        f"straight line's error with that coordinate and by {left_out.without_progress:.3f} "
+        "without it."
+    )
 
 
 def _figures(controller: GraspController, folder: Path) -> str:
@@ -293,10 +331,6 @@ def _film(grasp: Rollout, folder: Path) -> str:
 def _making(commands: Sequence[str]) -> str:
     versions = page.table(("", "version"), current_versions().items(), n_text=2)
     return (page.listing(commands) if commands else "") + versions
-
-
-def _count(n: int, grasp_object: str) -> str:
-    return f"{n} {grasp_object}{'' if n == 1 else 's'}"
 
 
 def _listed(counts: dict[str, int]) -> str:

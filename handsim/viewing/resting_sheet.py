@@ -2,6 +2,8 @@
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+import math
+
 import mujoco
 import numpy as np
 
@@ -14,6 +16,7 @@ from handsim.viewing.film.video import contact_sheet
 from handsim.viewing.stage.lighting import light_from_the_camera
 
 WIDTH, HEIGHT = 300, 260
+MOST_COLUMNS = 4
 MARGIN = 1.6
 """Distance of the camera, in diagonals of the object."""
 
@@ -26,7 +29,9 @@ def resting_sheet(own: OwnObject) -> Frame:
     ] or [(own.object, "rests on no side")]
     with open_offscreen(WIDTH, HEIGHT) as offscreen:
         frames = [_picture(offscreen, each) for each, _ in shown]
-    return contact_sheet(frames, [label for _, label in shown], columns=min(4, len(shown)))
+    n_rows = math.ceil(len(shown) / MOST_COLUMNS)
+    columns = math.ceil(len(shown) / n_rows)  # as full as can be: six are three by two
+    return contact_sheet(frames, [label for _, label in shown], columns)
 
 
 def _picture(offscreen: Offscreen, grasp_object: GraspObject) -> Frame:

@@ -61,7 +61,7 @@ def test_another_environment_is_said_first(run, files):
     first, second, third = out.splitlines()
     assert code == 1
     assert first.startswith("environment: BLAS kernel Z80 in the baseline, ")
-    assert second == "1 findings in 2 answers, worst first"
+    assert second == "1 finding in 2 answers, worst first"
     assert third.startswith(f"environment {name}  a difference of environment: BLAS kernel Z80 in")
     code, out, _ = run("baseline", "check", path, "--controller", controller, "--json")
     said = json.loads(out)

@@ -71,7 +71,7 @@ def test_the_same_is_within_and_has_no_findings():
         report = compared(one, one, name)
         assert report.ok
         assert report.changes[0].within
-        assert report.as_text() == "1 answers as in the baseline"
+        assert report.as_text() == "1 answer as in the baseline"
 
 
 @pytest.mark.parametrize(
@@ -342,7 +342,7 @@ def test_within_the_tolerance_another_environment_is_said_and_no_finding():
     report = compared(trace(0, 10), trace(0, 10.0005), environments=(HASWELL, OTHER))
     assert report.ok
     *lines, head = report.as_text().splitlines()
-    assert head == "1 answers as in the baseline"
+    assert head == "1 answer as in the baseline"
     assert lines == [f"environment: {difference}" for difference in report.differences]
     assert lines[0] == "environment: numpy 1.0 in the baseline, 2.0 here"
     assert len(lines) == 4

@@ -32,8 +32,6 @@ NOMINAL = range(5001, 5011)
 PERTURBED = range(101, 121)
 HARD = range(301, 306)
 SETS = ("nominal", "perturbed", *get_args(Hard))
-MATCHED = 2.5
-"""Margin that people seldom exceed, in the median."""
 
 
 @dataclass(frozen=True)
@@ -88,12 +86,8 @@ def run(name: str, n_jobs: int, usual: Conditions, sets: Sequence[str] = SETS) -
 
 def summary(trials: Sequence[Trial]) -> str:
     """Return the lines of a grasper's table."""
-    lines: list[str] = []
     nominal = [each for each in trials if each.kind == "nominal"]
-    by_seed = [sum(t.outcome.success for t in nominal if t.seed == seed) for seed in NOMINAL]
-    lines.append(
-        f"nominal, ten seeds: {np.mean(by_seed):.1f} of {len(TASKS)} tasks, worst {min(by_seed)}"
-    )
+    lines = _of_nominal(nominal) if nominal else []
     for kind in SETS[1:]:
         held = [each.outcome.success for each in trials if each.kind == kind]
         if not held:
@@ -104,27 +98,45 @@ def summary(trials: Sequence[Trial]) -> str:
             f"{kind}: {sum(held)} of {len(held)}, {share:.0f} % "
             f"({100 * low:.0f} to {100 * high:.0f})"
         )
-    held = [each.outcome for each in nominal if each.outcome.success]
+    return "\n".join([*lines, *_of_forces([each for each in nominal if each.outcome.success])])
+
+
+def _of_nominal(nominal: Sequence[Trial]) -> list[str]:
+    by_seed = [sum(t.outcome.success for t in nominal if t.seed == seed) for seed in NOMINAL]
+    said = f"{np.mean(by_seed):.1f} of {len(TASKS)} tasks, worst {min(by_seed)}"
+    return [f"nominal, ten seeds: {said}"]
+
+
+def _of_forces(held: Sequence[Trial]) -> list[str]:
+    """Return what grasps without perturbation needed, as far as there are any that held."""
+    outcomes = [each.outcome for each in held]
     lifted = [
-        outcome.forces_n["thumb"] / outcome.need_n
-        for trial, outcome in zip((t for t in nominal if t.outcome.success), held, strict=True)
-        if task_by_name(trial.task).rule.lifted
+        each.outcome.forces_n["thumb"] / each.outcome.need_n
+        for each in held
+        if task_by_name(each.task).rule.lifted
     ]
-    lines.append(
-        f"thumb in the hold, lifted things: {np.median(lifted):.1f} times the need in the median, "
-        f"{max(lifted):.1f} at most; table {max(o.table_force_n for o in held):.0f} N at most; "
-        f"strain of the arm {np.median([o.strain for o in held]):.2f} in the median, "
-        f"{max(o.strain for o in held):.2f} at most"
-    )
-    return "\n".join(lines)
+    said: list[str] = []
+    if lifted:
+        said.append(
+            f"thumb in the hold, lifted things: {np.median(lifted):.1f} times the need in the "
+            f"median, {max(lifted):.1f} at most"
+        )
+    if outcomes:
+        strain = [each.strain for each in outcomes]
+        said.append(f"table {max(each.table_force_n for each in outcomes):.0f} N at most")
+        said.append(
+            f"strain of the arm {np.median(strain):.2f} in the median, {max(strain):.2f} at most"
+        )
+    return ["; ".join(said)] if said else []
 
 
 def by_task(trials: Sequence[Trial]) -> str:
     """Return rows of tasks: how many runs of each set held."""
-    lines = [f"| task | {' | '.join(SETS)} |", f"|---|{'---|' * len(SETS)}"]
+    sets = [kind for kind in SETS if any(trial.kind == kind for trial in trials)]
+    lines = [f"| task | {' | '.join(sets)} |", f"|---|{'---|' * len(sets)}"]
     for task in TASKS:
         cells: list[str] = []
-        for kind in SETS:
+        for kind in sets:
             held = [t.outcome.success for t in trials if t.task == task.name and t.kind == kind]
             cells.append(f"{sum(held)}/{len(held)}")
         lines.append(f"| {task.name} | {' | '.join(cells)} |")

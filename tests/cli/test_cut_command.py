@@ -48,7 +48,7 @@ def test_reaches_are_written_and_doubts_told(folder: Path, capsys) -> None:
     assert "1.00  yes" in out and " no " in out
     assert "not cut: b from 1.52" in err and "or from" in err
     assert "file,start_s,end_s\nb.csv,1.52" in err
-    assert "wrote 1 recordings" in err
+    assert "wrote 1 recording " in err
 
 
 def test_json(folder: Path, capsys) -> None:

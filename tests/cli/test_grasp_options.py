@@ -89,7 +89,7 @@ def test_results_say_how_the_hand_presses_and_what_carries_it(run):
 def test_a_hand_that_flies_is_said_to_fly(run, tmp_path):
     asked = ("grasp", "demonstrator", "--task", "cube-raise", "--base", "free", "-o", tmp_path)
     made = run(*asked, "--json")
-    assert "the hand flies" in made.err
+    assert "the hand flies" in made.err and f"wrote 1 rollout to {tmp_path}\n" in made.err
     assert made.json()["per_trial"][0]["base"] == "free"
     assert read_rollout(tmp_path / "cube-raise.npz").conditions.base == "free"
     assert "flies" not in run("grasp", "demonstrator", "--task", "cube-raise").err
@@ -99,8 +99,9 @@ def test_a_hand_that_flies_is_said_to_fly(run, tmp_path):
 
 
 def test_trials_are_made_hard_in_one_thing(run, tmp_path):
-    run("grasp", "demonstrator", "--task", "cube-raise", "--trials", "1", "--hard", "friction",
-        "--seed", "4", "-o", tmp_path)  # fmt: skip
+    told = run("grasp", "demonstrator", "--task", "cube-raise", "--trials", "1",
+               "--hard", "friction", "--seed", "4", "-o", tmp_path)  # fmt: skip
+    assert f"wrote 2 rollouts to {tmp_path}\n" in told.err
     made = {read_rollout(path).conditions for path in tmp_path.glob("*.npz")}
     assert made == {Conditions(seed=4), made_hard(Conditions(seed=4), 5, "friction")}
     assert {each.friction for each in made} == {0.8, 0.3}

@@ -111,6 +111,13 @@ def test_hands_are_those_that_can_be_built_and_read(run, tmp_path):
     assert run("hand", "build", "-o", tmp_path, *options).code == 0
 
 
+def test_names_of_robot_hands_stand_apart_from_their_links(run):
+    lines = run("hands").out.splitlines()
+    for hand in ROBOT_HANDS:
+        first = re.escape(hand.palm[0])
+        assert any(re.match(rf"[* ] {hand.name}  +{first}, ", line) for line in lines), hand.name
+
+
 @pytest.mark.parametrize("columns", [80, 100, 250])
 @pytest.mark.parametrize("command", LISTS)
 def test_lines_fit_a_terminal(run, monkeypatch, command, columns):

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import imageio.v3 as iio
 import mujoco
 import numpy as np
 import pytest
@@ -55,6 +56,10 @@ def test_check_says_what_was_mended(run, can):
 def test_check_draws_the_ways_to_rest(run, can, tmp_path):
     run("object", "check", can, "-o", tmp_path / "sheet.png")
     assert (tmp_path / "sheet.png").stat().st_size > 10_000
+    cube = trimesh.creation.box((0.05, 0.05, 0.05))
+    cube.export(tmp_path / "cube.stl")
+    run("object", "check", tmp_path / "cube.stl", "-o", tmp_path / "six.png")
+    assert iio.imread(tmp_path / "six.png").shape[:2] == (2 * 260 + 2, 3 * 300 + 4), "no empty cell"
     said = run("object", "check", can, "-o", tmp_path / "sheet.txt")
     assert said.code == 2
     assert "suffix '.txt'" in said.err

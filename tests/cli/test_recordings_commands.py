@@ -1,5 +1,6 @@
 """`handsim recordings` and what other commands say of recordings that cannot be right."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,6 +53,16 @@ def test_what_is_accepted_is_kept_and_need_not_be_said_again(run, radians, tmp_p
     assert run("evaluate", path, radians).code == 0
     refused = run("learn", radians, "-o", path, "--accept", "radian")
     assert refused.code == 2 and "did you mean radians" in refused.err
+
+
+def test_info_tells_names_from_their_numbers_and_shows_no_empty_table(run, tmp_path):
+    one = [each for each in read_recordings(EXPERIMENTS) if each.name == "cube-raise"]
+    write_recordings(RecordingSet((replace(one[0], subject="1"),)), tmp_path / "one")
+    said = run("recordings", "info", tmp_path / "one").out
+    assert re.search(r"^ +subjects  1 \(1\)$", said, re.MULTILINE)
+    assert re.search(r"^ +duration_s  least 1\.15, ", said, re.MULTILINE)
+    assert "n_frames_out_of_range  0" in said and "joint out of range" not in said
+    assert "joint out of range" in run("recordings", "info").out
 
 
 def test_info_says_it_with_a_light_a_recording_and_draws(run, good, radians, tmp_path):

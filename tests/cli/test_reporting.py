@@ -45,7 +45,7 @@ def test_the_page_holds_what_is_planned_and_how_it_was_made(run, learned, tmp_pa
     page = tmp_path / "report.html"
     result = run("report", learned, "-o", page)
     assert (result.code, result.out) == (0, "")
-    assert "1 grasps" in result.err
+    assert ", 1 grasp\n" in result.err
     text = page.read_text()
     assert text.count("<video") == 1
     assert f'<td class="text">{TASK}</td>' in text

@@ -173,8 +173,8 @@ def test_meshes_of_a_hand_are_looked_for_in_the_folders_that_are_named(run, hand
     (tmp_path / "far" / "things").mkdir(parents=True)
     shutil.move(tmp_path / "elsewhere.stl", tmp_path / "far" / "things")
     asked = ("grasp", "--task", "no-task", "--hand", hand)
-    assert "1 meshes are left out" in run(*asked).err
-    assert "meshes are left out" not in run(*asked, "--folder", tmp_path / "far").err
+    assert "1 mesh is left out" in run(*asked).err
+    assert "left out" not in run(*asked, "--folder", tmp_path / "far").err
 
 
 def test_a_folder_without_a_hand_is_refused(run, tmp_path):

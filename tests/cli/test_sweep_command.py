@@ -30,7 +30,7 @@ def test_a_sweep_becomes_a_table_a_summary_and_goes_on(run, file, tmp_path):
     asked = ("sweep", file, "-o", output, "--jobs", 1)
     first = run(*asked)
     assert first.code == 0
-    assert "0 of 2 runs are in" in first.err
+    assert "wrote 2 runs to" in first.err and "already" not in first.err
     assert first.out.splitlines()[0] == "| task | demonstrator |"
     assert "| cube-raise | held, 1/1 |" in first.out
     content = output.read_bytes()
@@ -38,7 +38,7 @@ def test_a_sweep_becomes_a_table_a_summary_and_goes_on(run, file, tmp_path):
     assert [*rows[0]] == ["sweep", "run", *COLUMNS]
     assert [row["nominal"] for row in rows] == ["True", "False"]
     again = run(*asked, "--json")
-    assert "2 of 2 runs are in" in again.err
+    assert "2 of 2 runs already in" in again.err and "wrote" not in again.err
     said = again.json()
     assert (said["runs"], said["runs_before"]) == (2, 2)
     (controller,) = said["controllers"]

@@ -89,6 +89,17 @@ def test_a_joint_that_rests_with_the_hand_is_not_stuck(reach: Recording) -> None
     assert kinds(replace(reach, q=q, time=np.arange(len(q)) / 100)) == []
 
 
+def test_a_jump_of_another_joint_does_not_hide_that_one_is_stuck(reach: Recording) -> None:
+    """Beside the jump's speed the rest of the movement is slow, and is movement nevertheless."""
+    n = len(reach.time)
+    angle, other = reach.q[:, PIP].copy(), reach.q[:, JOINT_INDEX["middle_pip"]].copy()
+    angle[: 3 * n // 4] = angle[0]
+    other[7 * n // 8 :] += np.deg2rad(80)
+    odd = with_joint(with_joint(reach, PIP, angle), JOINT_INDEX["middle_pip"], other)
+    told = {(each.kind, each.joint) for each in found(odd)}
+    assert {("jump", "middle_pip"), ("stuck", "index_pip")} <= told
+
+
 @pytest.mark.parametrize(
     ("side", "remedy"), [("right", "is it a left hand"), ("left", "turn their signs around")]
 )

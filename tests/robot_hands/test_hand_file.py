@@ -81,7 +81,7 @@ def test_packages_are_found_above_the_file_or_in_folders_given(tmp_path):
         model = file.spec.compile()
         assert model.nmesh >= 1 and model.mesh_vertnum.max() == 8
     alone = read_hand_file(written(tmp_path / "alone", text.replace("my_hand", "their_hand")))
-    assert any("meshes are left out" in note and "not found" in note for note in alone.notes)
+    assert any("1 mesh is left out" in note and "not found" in note for note in alone.notes)
 
 
 def test_missing_and_broken_meshes_are_left_out_with_a_note(tmp_path):

@@ -47,8 +47,9 @@ def hands(json: JsonFlag = False) -> None:
         "Robot hands known by name, and the links and joints that their files need; side and maker "
         "may stand before a name"
     )
+    width = 2 + max(len(each["name"]) for each in robots)
     for each in robots:
-        _show(each)
+        _show(each, width)
     say_wrapped(f"{_OR} or other names, which --json lists", indent=2)
     say_wrapped(
         "`handsim hand inspect FILE -o sheet.png` reads MJCF or URDF, draws where palm and "
@@ -59,13 +60,14 @@ def hands(json: JsonFlag = False) -> None:
     )
 
 
-def _show(robot: dict[str, Any]) -> None:
+def _show(robot: dict[str, Any], width: int) -> None:
     tips = ", ".join(names[0] for names in robot["fingertips"].values())
     joints = [*robot["knuckles"].values(), *robot["joints"]]
     needed = f"; joints {', '.join(joints)}" if joints else ""
     several = any(len(names) > 1 for names in (robot["palm"], *robot["fingertips"].values()))
     text = f"{robot['palm'][0]}, {tips}{needed}"
-    say_wrapped(text, indent=12, first=f"{_OR if several else '':<2}{robot['name']:<10}")
+    first = f"{_OR if several else '':<2}{robot['name']:<{width}}"
+    say_wrapped(text, indent=len(first), first=first)
 
 
 def _as_dict(preset: "Preset") -> dict[str, Any]:

@@ -71,3 +71,32 @@ def _as_dict(task: "Task") -> dict[str, Any]:
             "table_force_n": rule.table_force,
         },
     }
+
+
+def asked_tasks(name: str, left_out: str | None) -> "list[Task]":
+    """Return the task of a name, or all, or of these those of an object that is left out.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such task or object.
+    InputError
+        If the task is not of the object.
+    """
+    from handsim.errors import InputError, UnknownNameError
+    from handsim.tasks.table_one import TASKS, task_by_name
+
+    tasks = list(TASKS) if name == "all" else [task_by_name(name)]
+    if left_out is None:
+        return tasks
+    of_object = [task for task in TASKS if task.object_name == left_out]
+    if not of_object:
+        objects = dict.fromkeys(task.object_name for task in TASKS)
+        raise UnknownNameError("object", left_out, tuple(objects))
+    tasks = [task for task in tasks if task in of_object]
+    if not tasks:
+        named = ", ".join(task.name for task in of_object)
+        raise InputError(
+            f"task '{name}' is not of the object left out, {left_out}; give one of {named}, or all"
+        )
+    return tasks

@@ -7,6 +7,7 @@ import typer
 
 from handsim.cli.console import JsonFlag, note, say_json, say_table, writable
 from handsim.cli.waiting import fraction_done
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from handsim.recordings.cutting.reach import Reach
@@ -67,7 +68,7 @@ def cut(
     without = len(recordings) - len({reach.recording for reach in reaches})
     if without:
         note(f"no reach found in {without} of {len(recordings)} recordings")
-    note(f"wrote {len(parts)} recordings to {output}")
+    note(f"wrote {number_of(len(parts), 'recording')} to {output}")
 
 
 def _say(reaches: "tuple[Reach, ...]", *, json: bool) -> None:

@@ -20,6 +20,7 @@ from handsim.cli.console import (
 from handsim.cli.recordings.calibrating import calibrate, map_
 from handsim.cli.recordings.cutting import PICTURES, cut
 from handsim.cli.waiting import fraction_done
+from handsim.wording import number_of
 
 app = typer.Typer()
 app.command("map")(map_)
@@ -90,7 +91,7 @@ def import_(
         write_recordings(recordings, output)
     for line in (*said_of(recordings), *lines_of(anomalies(recordings))):
         note(line)
-    note(f"wrote {len(recordings)} recordings to {output}")
+    note(f"wrote {number_of(len(recordings), 'recording')} to {output}")
 
 
 @app.command()
@@ -150,13 +151,12 @@ def _say_summary(summary: dict[str, Any]) -> None:
         say_wrapped(_in_words(value), indent=23, first=f"{key:>21}  ")
     known = [f"{name} {value:.3g}" for name, value in medians.items() if math.isfinite(value)]
     say(f"{'median_reach':>21}  {', '.join(known)}")
-    say_table(
-        ("joint out of range", "frames", "least [deg]", "greatest [deg]"),
-        [
-            (name, joint["n_frames"], f"{joint['least_deg']:.1f}", f"{joint['greatest_deg']:.1f}")
-            for name, joint in ranges.items()
-        ],
-    )
+    outside = [
+        (name, joint["n_frames"], f"{joint['least_deg']:.1f}", f"{joint['greatest_deg']:.1f}")
+        for name, joint in ranges.items()
+    ]
+    if outside:
+        say_table(("joint out of range", "frames", "least [deg]", "greatest [deg]"), outside)
     say("")
     say_table(
         ("recording", "frames", "duration [s]", "rate [Hz]", "side", "plausible", "found"),
@@ -182,10 +182,11 @@ def _say_summary(summary: dict[str, Any]) -> None:
 
 
 def _in_words(value: object) -> str:
-    """Return a value of the summary without brackets and quotes."""
+    """Return a value of the summary without brackets and quotes; how many of each in brackets."""
     if isinstance(value, dict):
         entries = cast("dict[object, object]", value).items()
-        return ", ".join(f"{name} {each}" for name, each in entries) or "none"
+        said = (f"{k} ({v})" if isinstance(v, int) else f"{k} {v}" for k, v in entries)
+        return ", ".join(said) or "none"
     if isinstance(value, list | tuple):
         return ", ".join(map(str, cast("list[object]", value))) or "none"
     return str(value)

@@ -97,9 +97,10 @@ class RobotScene:
         unknown = np.isnan(robot.commands(robot.reference))
         if unknown.any():
             names = [robot.actuator_names[i] for i in np.flatnonzero(unknown)]
+            more = f" and {len(names) - 1} more" if len(names) > 1 else ""
             raise InputError(
-                f"actuator '{names[0]}' and {len(names) - 1} more are no position servos; give the "
-                "hand with <position> actuators, or without any, which adds them"
+                f"no position servo: actuator '{names[0]}'{more}; give the hand with <position> "
+                "actuators, or without any, which adds them"
             )
         mirrored = task.for_side(robot.side)
         grasp_object = mirrored.object

@@ -24,6 +24,7 @@ from handsim.objects.meshes.surface import (
     winding,
 )
 from handsim.types import Array, Index
+from handsim.wording import number_of
 
 EXACT, SEAM = 1e-7, 2e-4
 """Distances within which vertices are one at any rate, and where an edge is open; shares of the
@@ -115,11 +116,11 @@ def mend(triangles: Triangles) -> Solid:
             " closed solid"
         )
     if n_turned:
-        done.append(f"{_counted(n_turned, 'triangle')} turned the way round of their neighbours")
+        done.append(f"{number_of(n_turned, 'triangle')} turned the way round of their neighbours")
     if edges.count.max() > 2:
         raise InputError(
-            f"more than two triangles meet at {_counted(int((edges.count > 2).sum()), 'edge')}: the"
-            " surface touches or crosses itself; make it one solid (boolean union) and export it"
+            f"more than two triangles meet at {number_of(int((edges.count > 2).sum()), 'edge')}: "
+            "the surface touches or crosses itself; make it one solid (boolean union) and export it"
             " again"
         )
     faces, patch, vertices = _closed(vertices, faces, patch, size, done)
@@ -145,7 +146,7 @@ def _joined(triangles: Triangles, size: float, done: list[str]) -> tuple[Array, 
     n_left = int(EdgeTable.of(joined).open.sum()) if len(joined) else n_open
     if n_left >= n_open:
         return vertices, faces, watertight
-    done.append(f"seams closed: {_counted(n_open - n_left, 'edge')} whose ends did not quite meet")
+    done.append(f"seams closed: {number_of(n_open - n_left, 'edge')} whose ends did not quite meet")
     return wider, joined, False
 
 
@@ -164,9 +165,9 @@ def _once(faces: Index, done: list[str]) -> Index:
         return faces
     n_more = len(faces) - len(first)
     if n_more > len(faces) / 4:
-        done.append(f"double shell: {n_more} triangles given twice, taken once")
+        done.append(f"double shell: {number_of(n_more, 'triangle')} given twice, taken once")
         return faces[np.sort(first)]
-    done.append(f"{_counted(n_more, 'triangle')} given more than once, a flap without thickness")
+    done.append(f"{number_of(n_more, 'triangle')} given more than once, a flap without thickness")
     return faces[(count[group.ravel()] % 2) == 1]
 
 
@@ -195,7 +196,7 @@ def _closed(
             patched += _fan_area(points)
     if guessed > MAX_HOLE * size or patched > MAX_PATCHED * whole:
         raise InputError(
-            f"the mesh is not watertight: {_counted(n_holes, 'hole')}, the widest"
+            f"the mesh is not watertight: {number_of(n_holes, 'hole')}, the widest"
             f" {100 * widest / size:.0f} % of the longest side across, and"
             f" {100 * patched / whole:.0f} % of the surface in all; up to {100 * MAX_HOLE:g} % and"
             f" {100 * MAX_PATCHED:g} % are closed here, larger ones may be meant: close them, or"
@@ -203,7 +204,7 @@ def _closed(
         )
     wide = f"the widest {100 * guessed / size:.1f} % of the longest side across"
     done.append(
-        f"{_counted(n_holes, 'small hole')} closed, {wide if guessed else 'of a triangle or two'}"
+        f"{number_of(n_holes, 'small hole')} closed, {wide if guessed else 'of a triangle or two'}"
     )
     return np.concatenate(added), np.concatenate(owner), np.vstack(middles)
 
@@ -239,7 +240,7 @@ def _bodies(
         raise InputError("the mesh encloses no volume; give it some thickness")
     kept = [i for i in np.argsort(-np.abs(volumes)) if abs(volumes[i]) >= SPECK * largest]
     if len(kept) < len(parts):
-        done.append(f"{_counted(len(parts) - len(kept), 'speck')} left out")
+        done.append(f"{number_of(len(parts) - len(kept), 'speck')} left out")
     if len(kept) > MAX_BODIES:
         raise InputError(
             f"{len(kept)} separate bodies, more than {MAX_BODIES}: a scene rather than a thing;"
@@ -290,7 +291,3 @@ def _inside(body: ClosedSurface, other: ClosedSurface) -> bool:
         return False
     some = body.vertices[np.linspace(0, len(body.vertices) - 1, 3).astype(int)]
     return all(winding(other.vertices, other.faces, point) > 0.5 for point in some)
-
-
-def _counted(n: int, what: str) -> str:
-    return f"{n} {what}{'s' * (n != 1)}"

@@ -43,6 +43,7 @@ from handsim.recordings.columns.sections import Section, read_sections
 from handsim.recordings.columns.vocabulary import AngleUnit
 from handsim.recordings.delimited import Table
 from handsim.recordings.posture_file import CHANNEL, DIP_JOINTS
+from handsim.wording import number_of
 
 ANGLE_UNITS: tuple[AngleUnit, ...] = ("deg", "rad", "counts")
 _COLUMN_KEYS = ("name", "sensor", "unit", "sign", "offset", "scale", "constant")
@@ -204,7 +205,8 @@ def place_of(table: Table, column: str | int, where: str) -> int:
     if isinstance(column, int):
         if column > table.n_columns:
             raise FileError(
-                f"{table.path}: has {table.n_columns} columns; {where} names number {column}"
+                f"{table.path}: has {number_of(table.n_columns, 'column')}; {where} names number "
+                f"{column}"
             )
         return column - 1
     count = table.header.count(column)

@@ -15,6 +15,7 @@ from handsim.recordings.columns.sections import brief
 from handsim.recordings.gaps import bridge_joints
 from handsim.recordings.recording import Recording, check_frames
 from handsim.types import Array, HandSize, Index
+from handsim.wording import number_of
 
 _TURN = 360.0
 _MIDDLES = np.rad2deg(LOWER + UPPER) / 2
@@ -187,7 +188,8 @@ def _unwrapped(frames: Frames) -> Frames:
         if changed.any():
             angles[known, joint] = smooth
             notes.append(
-                f"jumps of 360 deg taken out of {JOINT_NAMES[joint]} ({changed.sum()} frames)"
+                f"jumps of 360 deg taken out of {JOINT_NAMES[joint]} "
+                f"({number_of(changed.sum(), 'frame')})"
             )
     return replace(frames, angles=angles).noted(*notes)
 

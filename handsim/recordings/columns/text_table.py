@@ -12,6 +12,7 @@ import numpy as np
 from handsim.errors import FileError
 from handsim.recordings.columns.cells import column_numbers
 from handsim.types import Array, Index
+from handsim.wording import number_of
 
 QUOTED_COMMA = re.compile(r'"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)"')
 """A number with a decimal comma between quotes."""
@@ -137,7 +138,8 @@ class Table:
             commas = self.separator == "," and len(cells) in (2 * n, 2 * n - 1)
             remedy = "separate cells by semicolons where commas are decimal signs"
             raise FileError(
-                f"{self.path}: row {self.numbers[row]} has {len(cells)} values for {n} columns; "
+                f"{self.path}: row {self.numbers[row]} has {number_of(len(cells), 'value')} for "
+                f"{number_of(n, 'column')}; "
                 f"{remedy if commas and n > 1 else 'complete it'}"
             )
         return cells

@@ -13,6 +13,7 @@ from handsim.recordings.cutting.times import COLUMNS, GivenReach
 from handsim.recordings.phases import CUTOFF, RATE, low_pass, resample
 from handsim.recordings.recording import MIN_FRAMES, Recording, RecordingSet
 from handsim.types import Array, Progress
+from handsim.wording import number_of
 
 STEPWISE = ("label",)
 """Channels that have no values in between."""
@@ -154,8 +155,9 @@ def _nothing(recordings: RecordingSet, reaches: Sequence[Reach]) -> str:
     remedy = f"give times with --times FILE.csv (columns {','.join(COLUMNS)})"
     if not reaches:
         return (
-            f"no reach in {len(recordings)} recordings: the hand nowhere leaves one posture for "
-            f"another; check units and columns with handsim recordings info, or {remedy}"
+            f"no reach in {number_of(len(recordings), 'recording')}: the hand nowhere leaves one "
+            "posture for another; check units and columns with handsim recordings info, or "
+            f"{remedy}"
         )
     one = reaches[0]
     return (

@@ -28,6 +28,7 @@ from handsim.recordings.columns.sections import Section, read_sections
 from handsim.recordings.glove.calibration import GloveCalibration, How
 from handsim.recordings.glove.counts import check_counts, read_raw
 from handsim.types import Array
+from handsim.wording import number_of
 
 MIN_COUNTS = 5.0
 """Least travel of a sensor [counts] by which it is calibrated."""
@@ -105,7 +106,9 @@ def calibrate_postures(postures: Sequence[HeldPosture]) -> GloveCalibration:
         If there are fewer than two postures, or flexions of the fingers cannot be told by them.
     """
     if len(postures) < 2:
-        raise InputError(f"{len(postures)} postures; hold at least 2, such as flat and fist")
+        raise InputError(
+            f"{number_of(len(postures), 'posture')}; hold at least 2, such as flat and fist"
+        )
     how: list[How] = []
     gain, offset = np.zeros(N_JOINTS), np.zeros(N_JOINTS)
     residual, seen = np.full(N_JOINTS, np.nan), np.full((N_JOINTS, 2), np.nan)

@@ -16,6 +16,7 @@ from handsim.files import write_text
 from handsim.joints import JOINT_INDEX, JOINTS, N_JOINTS
 from handsim.recordings.columns.sections import quoted, read_sections
 from handsim.types import Array
+from handsim.wording import number_of
 
 KIND, SCHEMA = "handsim glove calibration", 1
 How = Literal["postures", "ranges", "held", "none"]
@@ -75,7 +76,7 @@ class GloveCalibration:
     def summary(self) -> str:
         """How the calibration was made and how good it is, in a line."""
         parts = [
-            f"{self.how.count(how)} joints by {how}"
+            f"{number_of(self.how.count(how), 'joint')} by {how}"
             for how in ("postures", "ranges")
             if how in self.how
         ]

@@ -26,6 +26,7 @@ from handsim.recordings.columns.guess import guess_map
 from handsim.recordings.delimited import Table, read_table
 from handsim.recordings.posture_file import DIP_JOINTS
 from handsim.types import Array
+from handsim.wording import number_of
 
 SENSORS: dict[int, tuple[str, ...]] = {
     N_JOINTS: JOINT_NAMES,
@@ -147,8 +148,9 @@ def _places_by_order(table: Table) -> tuple[Sequence[str], int]:
             return names, before
     counts = " or ".join(map(str, sorted(SENSORS)))
     raise FileError(
-        f"{table.path}: row {table.numbers[0]} has {n} columns; a raw file has {counts} sensors "
-        "and at most 2 columns of time before them; import others with --format table"
+        f"{table.path}: row {table.numbers[0]} has {number_of(n, 'column')}; a raw file has "
+        f"{counts} sensors and at most 2 columns of time before them; import others with "
+        "--format table"
     )
 
 

@@ -34,6 +34,7 @@ from handsim.recordings.gaps import bridge
 from handsim.recordings.importers.layout import UNKNOWN_HAND, ImportOptions, Layout
 from handsim.recordings.recording import MIN_FRAMES, Recording, RecordingSet
 from handsim.types import Array
+from handsim.wording import number_of
 
 RATE_HZ = 100.0
 START_S = 0.25
@@ -135,12 +136,14 @@ def _recording(
     rate = options.rate_hz or RATE_HZ
     rows, notes = _without_start(rows, rate)
     if len(rows) < MIN_FRAMES:
-        raise FileError(f"{path}: {name} has {len(rows)} frames; at least {MIN_FRAMES} are needed")
+        raise FileError(
+            f"{path}: {name} has {number_of(len(rows), 'frame')}; at least {MIN_FRAMES} are needed"
+        )
     time = np.arange(len(rows)) / rate
     rows = np.where(np.abs(np.nan_to_num(rows, nan=np.inf)) < 1e6, rows, np.nan)
     rows, bridged = bridge(time, rows, options.bridge_s)
     if bridged.any():
-        notes.append(f"bridged {bridged.any(axis=1).sum()} frames")
+        notes.append(f"bridged {number_of(bridged.any(axis=1).sum(), 'frame')}")
     joints = rows[:, _FIRST : _FIRST + len(_JOINTS)]
     _check_joints(f"{path}: {name}", joints)
     channels = {key: rows[:, i] for key, i in _CHANNELS.items() if i < rows.shape[1]}

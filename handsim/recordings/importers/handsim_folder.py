@@ -8,6 +8,7 @@ from handsim.errors import FileError, InputError
 from handsim.recordings.folder import INDEX_FILE, read_recordings
 from handsim.recordings.importers.layout import ImportOptions, Layout
 from handsim.recordings.recording import RecordingSet
+from handsim.wording import number_of
 
 
 def read_folder(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
@@ -24,7 +25,7 @@ def read_folder(files: Sequence[Path], options: ImportOptions) -> RecordingSet:
         raise InputError("format handsim reads angles; give counts of a glove to format table")
     folders = {file.parent if file.name == INDEX_FILE else file for file in files}
     if len(folders) != 1:
-        raise FileError(f"{len(folders)} folders; format handsim reads one at a time")
+        raise FileError(f"{number_of(len(folders), 'folder')}; format handsim reads one at a time")
     recordings = read_recordings(
         folders.pop(), bridge_s=options.bridge_s, side=options.side, radians=options.units == "rad"
     )

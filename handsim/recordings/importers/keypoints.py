@@ -22,6 +22,7 @@ from handsim.recordings.points.keypoint_files import read_keypoint_file
 from handsim.recordings.points.keypoint_order import expected_places, in_order, metres_per_unit
 from handsim.recordings.recording import MIN_FRAMES, NOT_SEEN, Recording, RecordingSet
 from handsim.types import Array
+from handsim.wording import number_of
 
 BRIDGED_S = 0.1
 """Longest gap of a keypoint or marker that is bridged where nothing was said [s]."""
@@ -45,7 +46,7 @@ def _recording(path: Path, number: int, options: ImportOptions) -> Recording:
     content = read_keypoint_file(path)
     n = len(content.points)
     if n < MIN_FRAMES:
-        raise FileError(f"{path}: {n} frames; at least {MIN_FRAMES} are needed")
+        raise FileError(f"{path}: {number_of(n, 'frame')}; at least {MIN_FRAMES} are needed")
     clock = clock_of(str(path), n, content.stamps, options.rate_hz, content.rate_hz)
     points, notes = _in_metres(path, content.points[clock.kept], options)
     flat, bridged = bridge(
@@ -53,7 +54,7 @@ def _recording(path: Path, number: int, options: ImportOptions) -> Recording:
     )
     if bridged.any():
         notes.append(
-            f"{bridged.any(axis=1).sum()} frames with points missing for at most "
+            f"{number_of(bridged.any(axis=1).sum(), 'frame')} with points missing for at most "
             f"{options.bridge_s or BRIDGED_S:g} s bridged"
         )
     fit = fit_hand(

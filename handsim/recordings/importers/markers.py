@@ -47,6 +47,7 @@ from handsim.recordings.points.marker_map import (
 from handsim.recordings.points.marker_roles import BODY_ROLES, MarkerRoles
 from handsim.recordings.recording import MIN_FRAMES, Recording, RecordingSet
 from handsim.types import Array
+from handsim.wording import number_of
 
 UNSURE_SIZE = (
     "markers tell the size of the hand to about a tenth only: state it where it was measured"
@@ -132,7 +133,7 @@ def _recording(
 def _check_hand(path: Path, on_hand: list[str], content: MarkerFile) -> None:
     n = len(content.positions)
     if n < MIN_FRAMES:
-        raise FileError(f"{path}: {n} frames; at least {MIN_FRAMES} are needed")
+        raise FileError(f"{path}: {number_of(n, 'frame')}; at least {MIN_FRAMES} are needed")
     if len(on_hand) < LEAST_HAND_MARKERS:
         raise FileError(
             f"{path}: {len(on_hand)} of {len(content.names)} markers taken for markers on the "
@@ -175,10 +176,15 @@ def _bridged(clock: Clock, positions: Array, longest: float) -> tuple[Array, lis
     notes: list[str] = []
     if filled.any():
         count = int(filled.reshape(positions.shape)[..., 0].sum())
-        notes.append(f"gaps of at most {longest:g} s bridged: {count} positions of markers")
+        notes.append(
+            f"gaps of at most {longest:g} s bridged: {number_of(count, 'position')} of markers"
+        )
     left = int((~np.isfinite(made[..., 0])).sum())
     if left:
-        notes.append(f"{left} positions of markers missing, longer than that: fitted without them")
+        notes.append(
+            f"{number_of(left, 'position')} of markers missing, longer than that: fitted without "
+            "them"
+        )
     return made, notes
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from handsim.errors import FileError
 from handsim.types import Array, Mask
+from handsim.wording import number_of
 
 ASSUMED_RATE_HZ = 30.0
 """Rate of frames without times where none was given: that of most cameras [Hz]."""
@@ -80,7 +81,10 @@ def clock_of_stamps(where: str, stamps: Array) -> Clock:
         if _LEAST_STEP <= step * seconds <= _LONGEST_STEP:
             notes = [] if unit == "s" else [f"times taken as {unit}"]
             if not kept.all():
-                notes.append(f"{(~kept).sum()} frames that repeat a time left out")
+                what = number_of(
+                    (~kept).sum(), "frame that repeats a time", "frames that repeat a time"
+                )
+                notes.append(f"{what} left out")
             time = (stamps[kept] - stamps[0]) * seconds
             return Clock(time, kept, tuple(notes))
     raise FileError(

@@ -9,6 +9,7 @@ import mujoco
 from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames
 from handsim.robot_hands.reading._mending import quiet_compile
 from handsim.robot_hands.reading.hand_file import HandFile
+from handsim.wording import number_of
 
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 _SITE, _BODY = mujoco.mjtObj.mjOBJ_SITE.value, mujoco.mjtObj.mjOBJ_BODY.value
@@ -37,7 +38,8 @@ def hand_alone(file: HandFile, frames: HandFrames) -> HandFile:
         beside = [*others, *world.geoms, *world.sites]
     if not beside:
         return file
-    said = f"{len(beside)} things beside the hand are left out, the first '{beside[0].name}'"
+    what = number_of(len(beside), "thing beside the hand is", "things beside the hand are")
+    said = f"{what} left out, the first '{beside[0].name}'"
     for part in (*beside, *world.lights, *world.cameras):
         spec.delete(part)
     return replace(file, spec=spec, model=quiet_compile(spec), notes=(*file.notes, said))

@@ -28,6 +28,7 @@ from handsim.robot_hands.reading._mending import (
 from handsim.robot_hands.reading._mjcf_text import prepare_mjcf
 from handsim.robot_hands.reading._urdf_text import prepare_urdf
 from handsim.robot_hands.reading._xml_text import parse
+from handsim.wording import number_of
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 """Files that are taken for hands; what is inside decides what they are."""
@@ -181,6 +182,5 @@ def _of_meshes(assets: Assets) -> list[str]:
         return []
     first, reason = next(iter(assets.missing.items()))
     outside = " (outside the hand's folders)" if assets.folders.outside else ""
-    return [
-        f"{len(assets.missing)} meshes are left out, the first '{first[:80]}': {reason}{outside}"
-    ]
+    what = number_of(len(assets.missing), "mesh is", "meshes are")
+    return [f"{what} left out, the first '{first[:80]}': {reason}{outside}"]

@@ -12,6 +12,7 @@ from handsim.recordings.cutting.reach import Reach
 from handsim.recordings.recording import Recording, RecordingSet
 from handsim.types import Array
 from handsim.viewing.figures.style import BLUE, GREEN, WIDE, LineStyle, drawing
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -167,11 +168,11 @@ def _heading(recording: Recording, reaches: Sequence[Reach]) -> str:
 def _title(recordings: RecordingSet, reaches: Sequence[Reach], left_out: int) -> str:
     certain = sum(reach.certain for reach in reaches)
     n = len(recordings)
-    said = f"{certain} reach{'' if certain == 1 else 'es'} cut from {n} recording"
-    said += "" if n == 1 else "s"
+    said = f"{number_of(certain, 'reach', 'reaches')} cut from {number_of(n, 'recording')}"
     if certain < len(reaches):
         said += f", {len(reaches) - certain} doubtful"
-    return f"{said}; {left_out} recordings are not drawn" if left_out else said
+    missing = number_of(left_out, "recording is", "recordings are")
+    return f"{said}; {missing} not drawn" if left_out else said
 
 
 def _legend(figure: "Figure") -> None:

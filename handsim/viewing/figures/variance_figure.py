@@ -7,6 +7,7 @@ import numpy as np
 from handsim.joints import N_JOINTS
 from handsim.types import Array
 from handsim.viewing.figures.style import BLUE, NARROW, VERMILION, drawing
+from handsim.wording import number_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +44,7 @@ def variance_figure(q: Array, n_components: int) -> "Figure":
         axes = figure.subplots()
         axes.bar(count, share, color=[BLUE if i <= n_components else "#B9C4D0" for i in count])
         axes.annotate(
-            f"{n_components} components: {share[n_components - 1]:.1f} %",
+            f"{number_of(n_components, 'component')}: {share[n_components - 1]:.1f} %",
             (n_components, share[n_components - 1]),
             (n_components + 3, max(share[n_components - 1] - 30, 5)),
             arrowprops={"arrowstyle": "->", "color": VERMILION},

@@ -28,6 +28,9 @@ from handsim.viewing.stage.furniture import draw_furniture, furniture_of
 _MAX_GEOMS = 4000
 _QUICK_SLICES, _QUICK_STACKS = 16, 10
 """Faces round a part and along it, of pictures drawn quickly; MuJoCo's usual ones are 28 and 16."""
+_SHADOW_CLIP = 2.0
+"""Half of the width over which shadows fall, in extents of the model. At MuJoCo's 1, lit surfaces
+are dotted where the light grazes them, such as a forearm."""
 SIZE_LIMITS = (16, 4096)
 """Least and greatest width and height [pixels]."""
 
@@ -107,8 +110,8 @@ class Offscreen:
     def add(self, model: mujoco.MjModel) -> "LoadedModel":
         """Load a model's meshes and textures for drawing; freed with the context."""
         self.make_current()
-        vis, quality = model.vis.global_, model.vis.quality
-        kept = vis.offwidth, vis.offheight, quality.shadowsize
+        vis, quality, shade = model.vis.global_, model.vis.quality, model.vis.map
+        kept = vis.offwidth, vis.offheight, quality.shadowsize, shade.shadowclip
         finer = quality.offsamples, quality.numslices, quality.numstacks
         if self.quick:
             quality.offsamples = 0
@@ -117,12 +120,13 @@ class Offscreen:
         # at MuJoCo's usual 4096 x 4096 that one alone takes 64 MB.
         vis.offwidth, vis.offheight = self.width, self.height
         quality.shadowsize = quality.shadowsize if self.shadows else 0
+        shade.shadowclip = max(shade.shadowclip, _SHADOW_CLIP)
         try:
             context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
         except mujoco.FatalError as error:  # a driver without what MuJoCo needs
             raise does_not_open(choose_backend(), error) from error
         finally:
-            vis.offwidth, vis.offheight, quality.shadowsize = kept
+            vis.offwidth, vis.offheight, quality.shadowsize, shade.shadowclip = kept
             quality.offsamples, quality.numslices, quality.numstacks = finer
         self._closing.callback(self._free, context)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)

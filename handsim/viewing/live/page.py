@@ -33,6 +33,7 @@ from handsim.viewing.live.view_text import (
     read_view,
     view_text,
 )
+from handsim.wording import number_of
 
 RATE = 30.0
 """How often the controls are read and the hand is moved [1/s]."""
@@ -292,7 +293,7 @@ class LivePage:
 def check_number(n_shown: int) -> None:
     """Raise InputError where a page cannot show so many controllers."""
     if not 1 <= n_shown <= MOST_SHOWN:
-        raise InputError(f"{n_shown} controllers; give 1 to {MOST_SHOWN}")
+        raise InputError(f"{number_of(n_shown, 'controller')}; give 1 to {MOST_SHOWN}")
 
 
 def _mm(size: HandSize) -> tuple[int, int]:

@@ -100,7 +100,7 @@ def test_an_actuator_that_is_no_servo_is_refused(hand_file, tmp_path):
     assert n == 1
     (tmp_path / "hand.xml").write_text(text)
     motor = RobotHand(tmp_path / "hand.xml", "palm", {f: f"{f}_pad" for f in ("thumb", "index")})
-    with pytest.raises(InputError, match="no position servos"):
+    with pytest.raises(InputError, match="no position servo: actuator"):
         RobotScene.build(TASK, FREE, motor)
 
 

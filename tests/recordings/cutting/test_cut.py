@@ -93,7 +93,7 @@ def test_doubtful_ones_are_listed_and_not_cut(stream) -> None:
 def test_nothing_certain_is_an_error_that_says_what_to_do(stream) -> None:
     with pytest.raises(InputError, match=r"a from .* or from .*--times"):
         cut_recordings(RecordingSet((stream(*UNDECIDED),)))
-    with pytest.raises(InputError, match=r"no reach in 1 recordings.*--times"):
+    with pytest.raises(InputError, match=r"no reach in 1 recording:.*--times"):
         cut_recordings(RecordingSet((stream((0, 3.0)),)))
     short = Recording("s", np.arange(10) / 1e4, np.zeros((10, 22)), 1, "s", "o", "t",
                       stream(*ONE).hand)  # fmt: skip

@@ -97,7 +97,7 @@ def test_what_is_no_demonstration(tmp_path: Path) -> None:
         with pytest.raises(FileError, match=rf"a\.npz: .*{said}"):
             imported(tmp_path / "a.npz")
     np.savez(tmp_path / "a.npz", d=missing)
-    assert "bridged 1 frames" in imported(tmp_path / "a.npz", bridge_s=0.05)[0].notes
+    assert "bridged 1 frame" in imported(tmp_path / "a.npz", bridge_s=0.05)[0].notes
 
 
 def test_zero_is_the_hand_at_rest() -> None:

@@ -71,7 +71,7 @@ def test_channels_and_marks(tmp_path: Path) -> None:
     quaternion = np.stack([channels[f"palm_q{part}"] for part in "wxyz"], axis=1)
     assert np.allclose(np.linalg.norm(quaternion, axis=1), 1)
     notes = "; ".join(recording.notes)
-    assert "1 of 30 frames marked fit_bad" in notes and "1 frames with points missing" in notes
+    assert "1 of 30 frames marked fit_bad" in notes and "1 frame with points missing" in notes
     assert recording.duration == pytest.approx(29 / 60)
     assert (recording.q[:, 20:] == 0).all()
     assert recording.not_seen == {"wrist_flexion", "wrist_deviation"}

@@ -19,7 +19,7 @@ def test_repeated_times_are_left_out_and_said() -> None:
     stamps[7] = stamps[6]
     clock = clock_of_stamps("f", stamps)
     assert np.flatnonzero(~clock.kept).tolist() == [7] and len(clock.time) == 39
-    assert clock.notes == ("1 frames that repeat a time left out",)
+    assert clock.notes == ("1 frame that repeats a time left out",)
 
 
 def test_no_times() -> None:

@@ -53,10 +53,27 @@ def test_scenes_on_one_stage_do_not_draw_over_each_other(
 
 
 def test_model_is_left_as_it_was(rendering: str, ball: mujoco.MjModel) -> None:
-    before = (ball.vis.global_.offwidth, ball.vis.quality.shadowsize)
+    def settings() -> tuple[float, ...]:
+        quality = ball.vis.quality
+        return (ball.vis.global_.offwidth, quality.shadowsize, ball.vis.map.shadowclip)
+
+    before = settings()
     with open_offscreen(1000, 60) as offscreen:
         offscreen.add(ball)
-    assert (ball.vis.global_.offwidth, ball.vis.quality.shadowsize) == before
+    assert settings() == before
+
+
+def test_shadows_fall_so_widely_that_lit_surfaces_are_not_dotted(
+    rendering: str, ball: mujoco.MjModel, monkeypatch
+) -> None:
+    made: list[mujoco.MjrContext] = []
+    usual = mujoco.MjrContext
+    monkeypatch.setattr(mujoco, "MjrContext", lambda *given: made.append(usual(*given)) or made[-1])
+    for own, drawn in ((1.0, 2.0), (3.0, 3.0)):
+        ball.vis.map.shadowclip = own
+        with open_offscreen(64, 64, True) as offscreen:
+            offscreen.add(ball)
+            assert made[-1].shadowClip == pytest.approx(drawn * ball.stat.extent)
 
 
 def test_shadows_only_where_asked_for_on_software(rendering: str, ball: mujoco.MjModel) -> None:

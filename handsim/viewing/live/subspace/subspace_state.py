@@ -13,6 +13,7 @@ from handsim.learning.controller import GraspController
 from handsim.navigation.paths import at_arc_length
 from handsim.recordings.recording import Recording
 from handsim.types import Array, Mask
+from handsim.wording import number_of
 
 FIELDS = ("none", "φ", "β")
 """What may be drawn of the navigation function about the destination."""
@@ -179,5 +180,7 @@ def _place(name: str, text: str, low: Array, high: Array) -> Array:
         z = np.array([np.nan])
     inside: Mask = (z >= low) & (z <= high) if z.shape == low.shape else np.zeros(1, bool)
     if not inside.all():
-        raise InputError(f"{name} '{text[:60]}'; give {len(low)} angles within the workspace")
+        raise InputError(
+            f"{name} '{text[:60]}'; give {number_of(len(low), 'angle')} within the workspace"
+        )
     return z
