@@ -11,6 +11,7 @@ from handsim.joints import JOINT_INDEX, N_JOINTS
 from handsim.learning.movement.progress import minimum_jerk
 from handsim.learning.subspace import PostureSubspace
 from handsim.tasks.task import Step, Task
+from handsim.tasks.turns import composed
 from handsim.types import Array
 
 _SCALAR_LAST, _SCALAR_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]
@@ -149,7 +150,7 @@ class PalmPath:
         retreat = self.object_pose.rotation.apply(self.plan.retreat)
         shift, turn = self._carried(times)
         pos = shift + turn.apply(grasp.pos + back[:, None] * retreat)
-        return pos, (turn * grasp.rotation).as_quat(scalar_first=True)
+        return pos, composed(turn, grasp.rotation).as_quat(scalar_first=True)
 
     def at(self, time: float) -> Pose:
         """Return the palm's pose in the world at ``time`` [s]."""
@@ -177,7 +178,7 @@ class PalmPath:
             if turns:
                 axis = np.tile(step.axis, (len(times), 1))
                 added = Rotation.from_rotvec(part * np.deg2rad(step.angle_deg) * axis)
-                aside, turn, turned = added.apply(aside), added * turn, True
+                aside, turn, turned = added.apply(aside), composed(added, turn), True
             elif turned:  # as by a turn of nothing, which is normalised
                 turn = Rotation.from_quat(turn.as_quat())
             shift = point + part * np.array(step.shift) + aside

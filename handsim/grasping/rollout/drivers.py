@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from operator import mul
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +10,7 @@ from handsim.grasping.plan import GraspPlan, Schedule, ramp
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.movement.timing import Timing
-from handsim.reproducible import total_of
+from handsim.reproducible import totals_of
 from handsim.types import Array
 
 CORRECTION = 0.02
@@ -182,17 +181,18 @@ class LearnedDriver:
     def drawn(self, reference: Array, readings: Array) -> Array:
         """Return references (n, n_components) [rad], each drawn a little to its reading."""
         if len(readings) == 1:  # the same bits, faster
-            deviation = (readings[0] - self.controller.subspace.mean_).tolist()
-            z = [total_of(list(map(mul, deviation, each))) for each in self._components]
+            deviation = readings[0] - self.controller.subspace.mean_
+            products = deviation[:, None] * self._columns
             before = reference[0].tolist()
+            z = totals_of(products.ravel().tolist(), len(before))
             return np.array(
                 [[at + CORRECTION * (to - at) for at, to in zip(before, z, strict=True)]]
             )
         return reference + CORRECTION * (self.coordinates(readings) - reference)
 
     @cached_property
-    def _components(self) -> list[list[float]]:
-        return self.controller.subspace.components_.tolist()
+    def _columns(self) -> Array:
+        return self.controller.subspace.components_.T.copy()
 
     @property
     def destination(self) -> Array:
