@@ -59,7 +59,9 @@ class SteeredDriver:
         self._asked = AskedVelocity()
         self._led = LearnedDriver(controller, z_start, z_goal, self._asked, lead, schedule.reach)
         low, high = controller.reach
-        self._low, self._high = np.minimum(low, z_start), np.maximum(high, z_start)
+        # Rows, since NumPy is faster with arrays of one shape.
+        self._low = np.minimum(low, z_start)[None]
+        self._high = np.maximum(high, z_start)[None]
 
     @property
     def destination(self) -> Array:
