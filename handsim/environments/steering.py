@@ -131,7 +131,9 @@ class VelocityDriver(SteeredDriver):
         now = z.tolist()
         if now != self._stayed:
             subspace = self._led.controller.subspace
-            self._stayed, self._posture = now, clip_to_range(subspace.inverse_transform(z))
+            # A stack of vectors: a product of two matrices rounds otherwise than each by itself.
+            posture = subspace.inverse_transform(z[:, None])[:, 0]
+            self._stayed, self._posture = now, clip_to_range(posture)
         return self._posture
 
 

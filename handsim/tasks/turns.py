@@ -18,8 +18,8 @@ def composed(outer: "Rotation", inner: "Rotation") -> "Rotation":
 
     Notes
     -----
-    The bits are those of ``outer * inner``, quaternions of unit length. SciPy goes through them one
-    by one, and takes six times as long for some hundreds.
+    Quaternions are multiplied, rounded and brought to length 1 as in SciPy's product. That goes
+    through them one by one, and takes six times as long for some hundreds.
     """
     from scipy.spatial.transform import Rotation  # who lists tasks need not wait for it
 

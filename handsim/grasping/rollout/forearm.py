@@ -154,10 +154,9 @@ class CarryingArms:
         _, path, leading = self._numbers
         place = N_ARM * row
         for joint, now in enumerate(at):
-            sags[joint] = sag = sags[joint] + (path[place] - now)
-            felt = share * sag
-            lifted.append(
-                leading[place] + (-most if felt < -most else most if felt > most else felt)
-            )
+            sags[joint] += path[place] - now
+            felt = share * sags[joint]
+            felt = -most if felt < -most else most if felt > most else felt
+            lifted.append(leading[place] + felt)
             place += 1
         self._ctrl[row, 0] = lifted
