@@ -57,6 +57,22 @@ def total_of(parts: Sequence[_Part]) -> _Part | float:
     return parts[0] if parts else 0.0
 
 
+def totals_of(rows: Sequence[float], width: int) -> Sequence[float]:
+    """Return the sums (width,) of rows (n * width,) that follow each other, as `total`; for loops.
+
+    ``n`` is at least 1. Several sums at once take less time than one after the other.
+    """
+    n = len(rows) // width
+    while n > 1:
+        n, odd = divmod(n, 2)
+        end = n * width
+        folded: list[float] = list(map(_add, rows[:end], rows[end : 2 * end]))
+        if odd:
+            folded[:width] = map(_add, folded, rows[2 * end :])
+        rows = folded
+    return rows
+
+
 def mean(x: Array, axis: int = 0) -> Array:
     """Return the mean along an axis."""
     return total(x, axis) / x.shape[axis]

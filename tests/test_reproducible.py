@@ -22,6 +22,7 @@ from handsim.reproducible import (
     product,
     total,
     total_of,
+    totals_of,
     units,
     upper_solved,
 )
@@ -47,6 +48,15 @@ def test_totals_of_numbers_have_the_same_bits(n: int) -> None:
     assert kept == x.tolist()
     table = np.outer(x, [1.0, -3.0])
     np.testing.assert_array_equal(total_of(list(table)), total(table))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 7, 22, 64])
+@pytest.mark.parametrize("width", [1, 3, 5])
+def test_totals_of_rows_of_numbers_have_the_same_bits(n: int, width: int) -> None:
+    table = RNG.normal(size=(n, width)) * 10.0 ** RNG.uniform(-8, 8, (n, width))
+    kept = table.ravel().tolist()
+    np.testing.assert_array_equal(totals_of(kept, width), total(table))
+    assert kept == table.ravel().tolist()
 
 
 def test_totals_leave_their_input_alone_and_have_a_written_order() -> None:

@@ -22,10 +22,13 @@ class Row(NamedTuple):
     ----------
     values, qpos : (n_values,), (nq,)
         Of the sensors, and MuJoCo's positions.
+    sites : (3 * n_sites,) [m]
+        Places of the sites in the world, one after the other.
     """
 
     values: Array
     qpos: Array
+    sites: Array
 
 
 class GraspEpisode:
@@ -50,10 +53,12 @@ class GraspEpisode:
         What the values of the sensors mean.
     rows
         The states of the runs.
-    sites : (n, n_sites, 3) [m]
-        Places of the sites in the world, a live view.
     n_readings
         How many readings, and steps, the runs have.
+    reading
+        Number of the reading that the runs are at; at their end, of the last.
+    over
+        Whether all runs have come to their end.
     """
 
     def __init__(
@@ -77,31 +82,22 @@ class GraspEpisode:
         self.n_readings = runs.end
         simulations = runs.simulations
         self.sensors = simulations.sensors
+        sites = simulations.site_xpos.reshape(len(scenes), -1)  # a view, as the others
         self.rows = [
-            Row(*row) for row in zip(simulations.sensordata, simulations.qpos, strict=True)
+            Row(*row) for row in zip(simulations.sensordata, simulations.qpos, sites, strict=True)
         ]
-        self.sites = simulations.site_xpos
         self._speeds = simulations.qvel, simulations.warnings
         self._first_speeds = simulations.qvel[0], simulations.warnings[0]
         self._times: list[float] = self._group.commands.times.tolist()
-        with silent():
+        self.reading, self.over, self._silent = 0, False, silent()
+        with self._silent:
             runs.start()
         self._group.measure(0)
-
-    @property
-    def reading(self) -> int:
-        """Number of the reading that the runs are at; at their end, of the last."""
-        return min(self._runs.tick, self.n_readings - 1)
 
     @property
     def time(self) -> float:
         """Time of that reading [s]."""
         return self._times[self.reading]
-
-    @property
-    def over(self) -> bool:
-        """Whether all runs have come to their end."""
-        return self._runs.tick >= self._runs.end or all(self.unstable)
 
     def seen(self) -> tuple[Array, Array]:
         """Return the gloves' readings (n, 22), and points in the subspace (n, n_components) [rad].
@@ -116,11 +112,13 @@ class GraspEpisode:
         runs, group = self._runs, self._group
         self._driver.give(actions)
         group.command(runs.tick)
-        with silent():
+        with self._silent:
             runs.step()
         if self._brief:
             runs.end_lost(runs.tick - 1)
-        self.unstable = self._diverged()
+        self.unstable = unstable = self._diverged()
+        self.over = runs.tick >= runs.end or all(unstable)
+        self.reading = min(runs.tick, self.n_readings - 1)
         group.measure(self.reading)
 
     def _diverged(self) -> list[bool]:

@@ -60,12 +60,14 @@ class Observer:
         self, scene: Scene, entries: Sequence[Entry], destination: Array, need: float
     ) -> None:
         model = scene.model
-        self._tips: Index = np.array([model.site(f"{finger}_tip").id for finger in FINGERS])
+        tips: Index = np.array([model.site(f"{finger}_tip").id for finger in FINGERS])
+        self._tips = (3 * tips[:, None] + np.arange(3)).ravel()
         self._grasp: list[float] = model.site("grasp").pos.tolist()
         joint = scene.task.rule.joint
         self._hinge = int(model.joint(joint).qposadr[0]) if joint else None
-        self._low = np.concatenate([np.full(entry.size, entry.low) for entry in entries])
-        self._high = np.concatenate([np.full(entry.size, entry.high) for entry in entries])
+        # Rows, since NumPy is faster with arrays of one shape.
+        self._low = np.concatenate([np.full(entry.size, entry.low) for entry in entries])[None]
+        self._high = np.concatenate([np.full(entry.size, entry.high) for entry in entries])[None]
         ends = np.cumsum([entry.size for entry in entries]).tolist()
         self._places = {
             entry.name: slice(end - entry.size, end)
@@ -91,18 +93,16 @@ class Observer:
         flat = np.empty((len(rows), self._known.shape[1]))
         flat[:] = self._known[episode.reading]
         flat[:, self._posture], flat[:, self._components] = episode.seen()
-        tips = episode.sites.take(self._tips, axis=1).reshape(len(rows), -1).tolist()
         felt: list[Felt] = []
         for i, row in enumerate(rows):
-            seen, each = self._look_at(row, self._first[i], tips[i], episode.sensors)
-            flat[i, self._numbers] = seen
+            flat[i, self._numbers], each = self._look_at(row, self._first[i], episode.sensors)
             felt.append(each)
         np.maximum(flat, self._low, out=flat)
         np.minimum(flat, self._high, out=flat)
         return flat, felt
 
     def _look_at(
-        self, row: Row, first: Sequence[float], tips: Sequence[float], sensors: Sensors
+        self, row: Row, first: Sequence[float], sensors: Sensors
     ) -> tuple[list[float], Felt]:
         """Return the entries of one run from ``fingertips`` to ``hinge``, and what is felt.
 
@@ -111,8 +111,6 @@ class Observer:
         row
         first : (3,) [m]
             Where the object's centre of mass was at the start.
-        tips : (15,) [m]
-            Of the fingers, in the world.
         sensors
         """
         # Centre of mass; orientation, origin and the three axes of the object; the palm.
@@ -122,11 +120,12 @@ class Observer:
         ) = sensors.posed(row.values)  # fmt: skip
         seen: list[float] = []
         away: list[float] = []
+        tips, grasp = row.sites.take(self._tips).tolist(), self._grasp
         for k in _TIPS:
             x, y, z = tips[k] - ox, tips[k + 1] - oy, tips[k + 2] - oz
             tip = (x * a + y * b + z * c, x * d + y * e + z * f, x * g + y * h + z * i)
             seen += tip
-            away.append(dist(tip, self._grasp))
+            away.append(dist(tip, grasp))
         x, y, z = px - ox, py - oy, pz - oz
         seen += (x * a + y * b + z * c, x * d + y * e + z * f, x * g + y * h + z * i)
         seen += _seen_from((qw, qx, qy, qz), palm_quat)

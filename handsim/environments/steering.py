@@ -59,7 +59,9 @@ class SteeredDriver:
         self._asked = AskedVelocity()
         self._led = LearnedDriver(controller, z_start, z_goal, self._asked, lead, schedule.reach)
         low, high = controller.reach
-        self._low, self._high = np.minimum(low, z_start), np.maximum(high, z_start)
+        # Rows, since NumPy is faster with arrays of one shape.
+        self._low = np.minimum(low, z_start)[None]
+        self._high = np.maximum(high, z_start)[None]
 
     @property
     def destination(self) -> Array:
@@ -129,7 +131,9 @@ class VelocityDriver(SteeredDriver):
         now = z.tolist()
         if now != self._stayed:
             subspace = self._led.controller.subspace
-            self._stayed, self._posture = now, clip_to_range(subspace.inverse_transform(z))
+            # A stack of vectors: a product of two matrices rounds otherwise than each by itself.
+            posture = subspace.inverse_transform(z[:, None])[:, 0]
+            self._stayed, self._posture = now, clip_to_range(posture)
         return self._posture
 
 

@@ -94,6 +94,7 @@ class WatchedRuns:
         )
         self._observer = Observer(self.scene, self.observation_meaning, self._goal, known.need)
         self._observer.begin(self.episode)
+        self._share = 1.0 / (len(PARTS) * self.episode.n_readings)
         self._latest, _ = self._observer.look(self.episode)
         return self._latest.copy()
 
@@ -122,7 +123,7 @@ class WatchedRuns:
             self._latest = seen.copy()
         else:
             self._latest = seen
-        share = 1.0 / (len(PARTS) * episode.n_readings)
+        share = self._share
         return seen, parts, [share * sum(each.values()) for each in parts]
 
     def _scenes_for(self, conditions: Sequence[Conditions]) -> list[Scene]:

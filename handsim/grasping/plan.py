@@ -15,6 +15,7 @@ from handsim.learning.movement.progress import minimum_jerk
 from handsim.learning.subspace import PostureSubspace
 from handsim.learning.transport.walls import Plane
 from handsim.tasks.task import Step, Task
+from handsim.tasks.turns import composed
 from handsim.types import Array
 
 if TYPE_CHECKING:
@@ -166,7 +167,7 @@ class PalmPath:
             coming = self.learned_reach.at(np.clip(times, 0.0, self._duration))
         shift, turn = self._carried(times)
         pos = shift + turn.apply(coming)
-        return pos, (turn * grasp.rotation).as_quat(scalar_first=True)
+        return pos, composed(turn, grasp.rotation).as_quat(scalar_first=True)
 
     @cached_property
     def learned_reach(self) -> "PalmReach":
@@ -219,7 +220,7 @@ class PalmPath:
             if turns:
                 axis = np.tile(step.axis, (len(times), 1))
                 added = Rotation.from_rotvec(part * np.deg2rad(step.angle_deg) * axis)
-                aside, turn, turned = added.apply(aside), added * turn, True
+                aside, turn, turned = added.apply(aside), composed(added, turn), True
             elif turned:  # as by a turn of nothing, which is normalised
                 turn = Rotation.from_quat(turn.as_quat())
             shift = point + part * np.array(step.shift) + aside

@@ -116,20 +116,23 @@ class Kinematics:
         index = np.array([self.names.index(name) for name in bodies], dtype=np.int64)
         return PointsOnHand(index, np.asarray(places, dtype=float).reshape(len(index), 3))
 
-    def frames(self, q: Array) -> BodyFrames:
+    def frames(self, q: Array, last: str | None = None) -> BodyFrames:
         """Return the frames of all bodies.
 
         Parameters
         ----------
         q : (n, 22) [rad], glove order
+        last
+            Name of a body: only it and those that carry it are placed, which takes less time.
         """
         if q.ndim != 2 or q.shape[1] != N_JOINTS:
             raise InputError(f"postures of shape {q.shape}; give (n, {N_JOINTS})")
         n = len(q)
         position = np.zeros((n, len(self.bodies), 3))
-        rotation = np.empty((n, len(self.bodies), 3, 3))
-        axis = np.empty((n, N_JOINTS, 3))
-        for i, body in enumerate(self.bodies):
+        rotation = np.zeros((n, len(self.bodies), 3, 3))
+        axis = np.zeros((n, N_JOINTS, 3))
+        for i in range(len(self.bodies)) if last is None else self._carrying(last):
+            body = self.bodies[i]
             if body.parent in self.names:
                 parent = self.names.index(body.parent)
                 turned = times(rotation[:, parent], body.axes)
@@ -145,6 +148,14 @@ class Kinematics:
             position, rotation = position * _MIRROR, _MIRROR[:, None] * rotation * _MIRROR
             axis = -axis * _MIRROR  # an axis is no arrow: its mirror image turns the other way
         return BodyFrames(position, rotation, axis)
+
+    def _carrying(self, last: str) -> list[int]:
+        """Return a body and those that carry it, parents first."""
+        chain, name = [], last
+        while name in self.names:
+            chain.append(self.names.index(name))
+            name = self.bodies[chain[-1]].parent
+        return chain[::-1]
 
     def points(self, frames: BodyFrames, points: PointsOnHand) -> Array:
         """Return where points are, (n, m, 3) [m]."""

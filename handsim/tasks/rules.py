@@ -28,6 +28,7 @@ from handsim.tasks.grip_rules import (
 )
 from handsim.tasks.task import PassRule, Task
 from handsim.tasks.traces import AVERAGED, GraspTraces
+from handsim.tasks.turns import composed
 from handsim.types import Array
 
 ASTRAY_DEG = 20.0
@@ -221,7 +222,7 @@ def _turned(traces: GraspTraces, task: Task, start: int) -> float:
     from scipy.spatial.transform import Rotation  # see `GraspTraces.slip`
 
     turned = Rotation.from_quat(traces.object_quat[start:], scalar_first=True)
-    rotation = (turned * turned[0].inv()).as_rotvec()
+    rotation = composed(turned, turned[0].inv()).as_rotvec()
     axes = [np.array(step.axis) for step in task.steps if step.angle_deg and not step.flex]
     return max((float(np.rad2deg((rotation @ axis).max())) for axis in axes), default=0.0)
 
@@ -289,10 +290,10 @@ def _tilt(traces: GraspTraces, rule: PassRule) -> Array:
 def _longest_stretch(within: npt.NDArray[np.bool_], time: Array) -> float:
     """Longest time for which ``within`` stays true [s]."""
     longest, start = 0.0, None
-    for now, held in zip(time, within, strict=True):
+    for now, held in zip(time.tolist(), within.tolist(), strict=True):
         if not held:
             start = None
             continue
         start = now if start is None else start
-        longest = max(longest, float(now - start))
+        longest = max(longest, now - start)
     return longest

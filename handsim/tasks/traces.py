@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from handsim.tasks.turns import composed
 from handsim.types import Array, Mask
 
 AVERAGED = 0.1
@@ -116,9 +117,10 @@ class GraspTraces:
         own = Rotation.from_quat(self.object_quat, scalar_first=True)
         if with_palm is not None:
             palm = Rotation.from_quat(self.palm_quat, scalar_first=True)
-            carried = palm[with_palm:] * palm[with_palm].inv()
-            own = Rotation.concatenate([own[:with_palm], carried.inv() * own[with_palm:]])
+            carried = composed(palm[with_palm:], palm[with_palm].inv())
+            kept = composed(carried.inv(), own[with_palm:])
+            own = Rotation.concatenate([own[:with_palm], kept])
         if self.symmetry is None:
-            return (own * own[first].inv()).magnitude()
+            return composed(own, own[first].inv()).magnitude()
         axes = own.apply(np.eye(3)["xyz".index(self.symmetry)])
         return np.arccos(np.clip(axes @ axes[first], -1.0, 1.0))

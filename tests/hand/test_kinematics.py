@@ -46,6 +46,19 @@ def compiled_joints(compiled: HandModel) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("size", SIZES, ids=str)
+@pytest.mark.parametrize("last", ["thumb_distal", "ring_distal", "palm"])
+def test_a_body_and_those_that_carry_it_can_be_placed_alone(size: HandSize, last: str) -> None:
+    hand, q = Kinematics(size), random_postures(3)
+    whole, alone = hand.frames(q), hand.frames(q, last)
+    i = hand.names.index(last)
+    np.testing.assert_array_equal(alone.position[:, i], whole.position[:, i])
+    np.testing.assert_array_equal(alone.rotation[:, i], whole.rotation[:, i])
+    np.testing.assert_array_equal(alone.axis[:, hand.moves[i]], whole.axis[:, hand.moves[i]])
+    others = [j for j, name in enumerate(hand.names) if name.split("_")[0] == "index"]
+    np.testing.assert_array_equal(alone.position[:, others], 0.0)
+
+
+@pytest.mark.parametrize("size", SIZES, ids=str)
 def test_jacobian_is_the_derivative(size: HandSize) -> None:
     hand, q, step = Kinematics(size), random_postures(6), 1e-6
     names = [

@@ -155,7 +155,7 @@ class _Hold:
                 continue
             wanted = level * shares[i] if shares[i] > 0.0 else idle
             press = presses[i] + gain * (wanted - means[i])
-            presses[i] = min(max(press, -BEYOND), BEYOND)
+            presses[i] = -BEYOND if press < -BEYOND else BEYOND if press > BEYOND else press
 
     def targets(self, free: list[float]) -> list[float]:
         """Return the targets of all joints, of which those of free fingers are given."""
@@ -194,6 +194,7 @@ class GripLayer:
         shares, flexed = self.shares.tolist(), self.flexed.tolist()
         self._runs = [_Hold(shares, flexed, grip) for grip in self.grip.tolist()]
         self._closing: list[float] = self.closing.tolist()
+        self._closes = self.closing[None]  # of one run as fast as two rows, several times a row
         # What stays the same from one reading to the next is kept, since all this is done in a
         # hundredth of a second a hundred times a second.
         self._told: Array | None = None
@@ -272,7 +273,7 @@ class GripLayer:
             run.settle(closed, dt, acting)
         anew = told is not self._told
         if anew or far != self._far:
-            self._told, self._far, free = told, far, told + far * self.closing
+            self._told, self._far, free = told, far, told + far * self._closes
             if len(self._runs) > 1:
                 self._aim(told, free)
             else:

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from scipy.optimize import milp, nnls
 
+from handsim.hand.kinematics import cross
 from handsim.types import Array
 
 LEAST = 1.0
@@ -50,7 +51,7 @@ class HandContacts(NamedTuple):
 
 
 def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> HandContacts:
-    """Return the contacts of hand and object in a state that `mj_forward` has been called for."""
+    """Return the contacts of hand and object where MuJoCo has found them (`mj_fwdPosition`)."""
     contact = data.contact
     root = model.body_rootid[model.geom_bodyid[contact.geom]]
     object_id, hand = model.body("object").id, model.body_rootid[model.body("forearm").id]
@@ -110,17 +111,15 @@ def _edges(contacts: HandContacts, centre: Array) -> Array:
     """Return wrenches (6, n) [N], [N m] of unit normal forces along the edges of all cones."""
     normals = contacts.normals
     helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    first = np.cross(normals, helper)
+    first = cross(normals, helper)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(normals, first)
+    second = cross(normals, first)
     along, about = (
         _CONE[:, :2] * contacts.friction[:, None, None],
         _CONE[:, 2] * (contacts.torsion[:, None]),
     )
     force = normals[:, None] + along[..., :1] * first[:, None] + along[..., 1:] * second[:, None]
     lever = (contacts.points - centre)[:, None]
-    torque = (
-        np.cross(np.broadcast_to(lever, force.shape), force) + about[..., None] * normals[:, None]
-    )
+    torque = cross(lever, force) + about[..., None] * normals[:, None]
     wrenches = np.concatenate([force, torque], axis=-1).astype(float)
     return wrenches.reshape(-1, 6).T

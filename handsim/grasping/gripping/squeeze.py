@@ -71,7 +71,7 @@ def closing(
     hand
     """
     offset = squeeze_offset(strength, fingers)
-    frames = hand.frames(q[None])
+    frames = hand.frames(q[None], last=_THUMB_TIP)
     way = frames.rotation[0, hand.names.index("palm")] @ towards
     pad = hand.at([_THUMB_TIP], [[PAD * LENGTHS["thumb"][2] * hand.size.length, 0.0, 0.0]])
     pull = hand.jacobian(frames, pad)[0, 0].T @ way  # of a force on the pad, as torques

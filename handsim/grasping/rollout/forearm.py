@@ -152,8 +152,11 @@ class CarryingArms:
             return
         (at,), sags, lifted = self._at.tolist(), self._own_sags, []
         _, path, leading = self._numbers
+        place = N_ARM * row
         for joint, now in enumerate(at):
-            place = N_ARM * row + joint
             sags[joint] += path[place] - now
-            lifted.append(leading[place] + min(max(share * sags[joint], -most), most))
+            felt = share * sags[joint]
+            felt = -most if felt < -most else most if felt > most else felt
+            lifted.append(leading[place] + felt)
+            place += 1
         self._ctrl[row, 0] = lifted

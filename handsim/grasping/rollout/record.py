@@ -326,9 +326,9 @@ def _need(scene: "JudgedScene", commands: "Commands", arrays: Mapping[str, Array
         if not len(rows):
             continue
         row = int(rows[np.linalg.norm(load[rows], axis=1).argmax()])
-        for name in ("qpos", "ctrl", "mocap_pos", "mocap_quat"):
+        for name in ("qpos", "mocap_pos", "mocap_quat"):
             getattr(data, name)[:] = arrays[name][row]
-        mujoco.mj_forward(model, data)
+        mujoco.mj_fwdPosition(model, data)  # places and contacts, and no forces
         needs.append(least_grip(contacts_at(model, data), data.subtree_com[object_id], load[row]))
     return max(needs)
 

@@ -7,6 +7,7 @@ a batch, and are computed only where they are needed.
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 from collections.abc import Iterator, Sequence
+from operator import add
 from typing import NamedTuple
 
 import mujoco
@@ -242,9 +243,10 @@ class Sensors:
         for found, part in zip(values[self._counts].tolist(), self._parts, strict=True):
             if found:
                 end = first + int(min(found, SLOTS)) * _WIDTH
-                numbers = iter(values[first:end].tolist())
+                numbers = values[first:end].tolist()
                 total, (a, b, c) = force[part], press[part]
-                for _, push, _, _, _, x, y, z in zip(*[numbers] * _WIDTH, strict=True):
+                for slot in range(0, len(numbers), _WIDTH):
+                    push, (x, y, z) = numbers[slot + _PUSH], numbers[slot + 5 : slot + 8]
                     total += push
                     a, b, c = a + push * x, b + push * y, c + push * z
                 force[part], press[part] = total, (a, b, c)
@@ -254,16 +256,15 @@ class Sensors:
     def felt(self, values: Array) -> tuple[list[list[float]], list[list[float]]]:
         """Return `finger_forces` (n, 5), and `held`, two other numbers and `carried` (n, 6)."""
         n, rows = len(FINGERS), values.take(self._felt, axis=1).tolist()
-        forces = [
-            [
-                # Seldom more than two; slots of contacts that there are not are 0.
-                first + second if found <= 2.0 else _in_pairs(*values[i, place].tolist())
-                for found, first, second, place in zip(
-                    row[:n], row[n : 2 * n], row[2 * n : 3 * n], self._pushes, strict=True
-                )
-            ]
-            for i, row in enumerate(rows)
-        ]
+        forces: list[list[float]] = []
+        for i, row in enumerate(rows):
+            each = list(map(add, row[n : 2 * n], row[2 * n : 3 * n]))
+            if max(row[:n]) > 2.0:  # seldom; slots of contacts that there are not are 0
+                each = [
+                    _in_pairs(*values[i, place].tolist()) if found > 2.0 else force
+                    for found, force, place in zip(row, each, self._pushes, strict=False)
+                ]
+            forces.append(each)
         return forces, [row[3 * n :] for row in rows]
 
     def finger_forces(self, values: Array) -> list[list[float]]:

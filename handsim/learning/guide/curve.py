@@ -59,12 +59,18 @@ class Curve:
 
     def jet(self, s: float) -> tuple[list[float], list[float]]:
         """Return point and derivative (n,) at one parameter from 0 to 1; for loops."""
-        jets = [_jet(column, self.n_cells, s) for column in self._columns]
-        return [value for value, _ in jets], [slope for _, slope in jets]
+        n_cells = self.n_cells
+        cell, u = _cell_at(n_cells, s)
+        fours = list(zip(*self._rows[cell : cell + 4], strict=True))
+        values, slopes, scale = _value_weights(u), _slope_weights(u), 0.5 * n_cells
+        return (
+            [_weighted(four, values) / 6.0 for four in fours],
+            [_weighted(four, slopes) * scale for four in fours],
+        )
 
     @cached_property
-    def _columns(self) -> list[list[float]]:
-        return self._padded.T.tolist()
+    def _rows(self) -> list[list[float]]:
+        return self._padded.tolist()
 
     @cached_property
     def _numbers(self) -> list[float]:
@@ -72,7 +78,11 @@ class Curve:
 
     def scalar_jet(self, s: float) -> tuple[float, float]:
         """Return value and derivative of a curve of one number, as `jet`; ten times as fast."""
-        return _jet(self._numbers, self.n_cells, s)
+        n_cells = self.n_cells
+        cell, u = _cell_at(n_cells, s)
+        four = self._numbers[cell : cell + 4]
+        value, slope = _weighted(four, _value_weights(u)), _weighted(four, _slope_weights(u))
+        return value / 6.0, slope * (0.5 * n_cells)
 
     def _around(self, s: Array) -> tuple[list[Array], Array]:
         """Return the four control points (N, n) at s, and the places (N, 1) in their cells."""
@@ -105,13 +115,11 @@ class Curve:
         return b.reshape(-1, b.shape[-1])
 
 
-def _jet(padded: Sequence[_Number], n_cells: int, s: float) -> tuple[_Number, _Number]:
-    """Return value and derivative at one parameter, of a curve of vectors or of numbers."""
+def _cell_at(n_cells: int, s: float) -> tuple[int, float]:
+    """Return the cell that a parameter is in, and the place in it, 0 to 1."""
     place = min(max(s, 0.0), 1.0) * n_cells
     cell = min(int(place), n_cells - 1)
-    four, u = padded[cell : cell + 4], place - cell
-    slope = _weighted(four, _slope_weights(u)) * (0.5 * n_cells)
-    return _weighted(four, _value_weights(u)) / 6.0, slope
+    return cell, place - cell
 
 
 def _value_weights(u: _Number) -> tuple[_Number, ...]:

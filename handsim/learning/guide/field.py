@@ -213,8 +213,9 @@ class GuidedField:
         None near a wall.
         """
         low, high = self._inner_numbers
-        if not all(a < x < b for a, x, b in zip(low, z, high, strict=True)):
-            return None
+        for a, x, b in zip(low, z, high, strict=True):
+            if not a < x < b:
+                return None
         y = [x - at for x, at in zip(z, point, strict=True)]
         speed = sqrt(self.pull * self.pull * total_of([a * a for a in y]) + forward * forward)
         factor = -self.length * self.pull / max(forward, _LEAST_LEFT * speed)
