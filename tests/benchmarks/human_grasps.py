@@ -1,7 +1,7 @@
 """The tables of grasps in README.md: an arm, human forces, rules that only a grasp can pass.
 
 Run: .venv/bin/python -m tests.benchmarks.human_grasps [GRASPER ...] [-o runs.csv] [--jobs N]
-    [--sets nominal ...] [--side left] [--hand-length M --hand-breadth M]
+    [--sets nominal ...] [--side left] [--hand-length M --hand-breadth M] [--transport people]
 
 A grasper is ``demonstrator``, ``built-in`` or a controller file, whose plans lie beside it or are
 made first. Each of the 24 tasks is grasped under ten seeds of the glove's noise, in 20 perturbed
@@ -17,7 +17,7 @@ from typing import get_args
 
 import numpy as np
 
-from handsim.cli.defaults import planning_grasper
+from handsim.cli.defaults import PalmTransport, planning_grasper
 from handsim.grasping.conditions import Conditions, Hard, made_hard, perturb
 from handsim.grasping.judging.rates import wilson_interval
 from handsim.grasping.planning.demonstrator import demonstrate
@@ -32,6 +32,8 @@ NOMINAL = range(5001, 5011)
 PERTURBED = range(101, 121)
 HARD = range(301, 306)
 SETS = ("nominal", "perturbed", *get_args(Hard))
+
+STRAIGHT = PalmTransport()
 
 
 @dataclass(frozen=True)
@@ -59,17 +61,23 @@ def outcome_of(grasper: Grasper, task: str, conditions: Conditions) -> Outcome:
     return grasper(task_by_name(task), conditions).outcome
 
 
-def grasper_for(name: str, usual: Conditions) -> Grasper:
+def grasper_for(name: str, usual: Conditions, transport: PalmTransport) -> Grasper:
     """Return what grasps by its name."""
     if name == "demonstrator":
         return demonstrate
     path = None if name == "built-in" else Path(name)
-    return planning_grasper(path, usual)
+    return transport.by(planning_grasper(path, usual))
 
 
-def run(name: str, n_jobs: int, usual: Conditions, sets: Sequence[str] = SETS) -> list[Trial]:
+def run(
+    name: str,
+    n_jobs: int,
+    usual: Conditions,
+    sets: Sequence[str] = SETS,
+    transport: PalmTransport = STRAIGHT,
+) -> list[Trial]:
     """Make all runs of a grasper in some of the sets."""
-    grasper = grasper_for(name, usual)
+    grasper = grasper_for(name, usual, transport)
     by_task = dict.fromkeys((task.name for task in TASKS), grasper)
     if isinstance(grasper, ControllerGrasper):
         grasper.prepare(TASKS, usual, n_jobs)
@@ -164,11 +172,13 @@ def main() -> None:
     parser.add_argument("--side", choices=("right", "left"), default=MEDIAN_HAND.side)
     parser.add_argument("--hand-length", type=float, default=MEDIAN_HAND.length)
     parser.add_argument("--hand-breadth", type=float, default=MEDIAN_HAND.breadth)
+    parser.add_argument("--transport", help="as of handsim grasp; controllers only")
     asked = parser.parse_args()
     usual = Conditions(hand=HandSize(asked.hand_length, asked.hand_breadth, asked.side))
+    transport = PalmTransport.of(asked.transport)
     made: list[Trial] = []
     for name in asked.graspers:
-        trials = run(name, asked.jobs, usual, asked.sets)
+        trials = run(name, asked.jobs, usual, asked.sets, transport)
         made += trials
         print(f"{name}\n{summary(trials)}\n\n{by_task(trials)}\n", flush=True)
         if asked.output:
