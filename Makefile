@@ -24,12 +24,14 @@ setup: .venv/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-cache-dir --no-deps --no-build-isolation --editable .
 	touch $@
 
-# A machine on which neither EGL nor OSMesa renders gets OSMesa, where this may install it;
-# elsewhere the check has named the command already.
+# A machine on which neither EGL nor OSMesa renders gets OSMesa, or EGL where there is no OSMesa any
+# longer (Mesa 25.1), if this may install it; elsewhere the check has named the command already.
 rendering: setup
 	@$(BIN)/handsim doctor --rendering-only || { \
 	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
-	    apt-get update -qq && apt-get install -y -qq libosmesa6 && $(BIN)/handsim doctor --rendering-only; \
+	    apt-get update -qq; \
+	    apt-get install -y -qq libosmesa6 || apt-get install -y -qq libegl1 libgl1-mesa-dri libopengl0; \
+	    $(BIN)/handsim doctor --rendering-only; \
 	  else exit 1; fi; }
 
 demo: rendering

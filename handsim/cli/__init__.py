@@ -29,7 +29,7 @@ from handsim.cli.console import help_where_alone
 from handsim.cli.exporting.export_command import export
 from handsim.cli.listing import hand_list, machine, object_list, task_list
 from handsim.cli.recordings import importing as recordings
-from handsim.cli.waiting import heard, what_is_kept
+from handsim.cli.waiting import heard, say_no_more, what_is_kept
 from handsim.disk import refused
 from handsim.errors import HandsimError
 
@@ -108,6 +108,7 @@ def main() -> NoReturn:
         named = isinstance(error.filename, str | os.PathLike)
         said = refused(Path(error.filename), error) if named else error.strerror or error
         sys.exit(_refuse(str(said)))
+    say_no_more()
     if code == INTERRUPTED:  # which typer makes of an interrupt itself
         _tell(f"interrupted; {what_is_kept()}")
     sys.exit(code if isinstance(code, int) else 0)
@@ -127,5 +128,6 @@ def _refuse(message: str) -> int:
 
 
 def _tell(message: str) -> None:
+    say_no_more()
     with suppress(OSError):
         sys.stderr.write("handsim: " + " ".join(message.split()) + "\n")

@@ -116,7 +116,8 @@ def _bar(label: str) -> "Generator[Progress, None, None]":
         yield lambda fraction: bar.update(task, total=1.0, completed=fraction)
     finally:
         bar.stop()
-        _bars.remove(bar)
+        with suppress(ValueError):
+            _bars.remove(bar)
         if _bars:
             _bars[-1].start()
     heard()
@@ -131,7 +132,7 @@ def _lines(label: str) -> "Generator[Progress, None, None]":
 
     def speak() -> None:
         while not ended.wait(max(_SOON, _last[0] + LONGEST_SILENCE - perf_counter())):
-            if perf_counter() >= _last[0] + LONGEST_SILENCE and _working[-1] is ended:
+            if perf_counter() >= _last[0] + LONGEST_SILENCE and _working[-1:] == [ended]:
                 with suppress(OSError, ValueError):  # nobody listens; or it has been closed
                     sys.stderr.write(f"{label}: {how_far(done[0], perf_counter() - begun)}\n")
                     sys.stderr.flush()
@@ -145,7 +146,19 @@ def _lines(label: str) -> "Generator[Progress, None, None]":
     finally:
         ended.set()
         speaker.join()
-        _working.remove(ended)
+        with suppress(ValueError):  # the command has ended before its work
+            _working.remove(ended)
+
+
+def say_no_more() -> None:
+    """End what says how far work is, of a command that ends: of iterators, too, that it left alone.
+
+    Such an iterator lives on with the error that was raised while it was gone through.
+    """
+    while _working:
+        _working.pop().set()
+    while _bars:
+        _bars.pop().stop()
 
 
 @contextmanager

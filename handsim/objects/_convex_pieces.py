@@ -59,7 +59,7 @@ def decompose(vertices: Array, faces: npt.NDArray[np.integer], seed: int) -> lis
         If no decomposition is found within the times of `MODES`.
     """
     if find_spec("coacd") is None:
-        raise MissingToolError("a concave mesh needs decomposition; run pip install coacd")
+        raise MissingToolError("a concave mesh needs coacd; run: pip install 'handsim[assets]'")
     with tempfile.TemporaryDirectory() as folder:
         given, made = Path(folder) / "given.npz", Path(folder) / "made.npz"
         np.savez(given, vertices=vertices, faces=faces, seed=seed)

@@ -97,7 +97,7 @@ def write_report(
             ("grasps", "Grasps in physics", _videos(grasps, films)),
             ("figures", "Figures", _figures(controller, folder)),
             ("scores", "Against the recordings", _scores(controller, recordings, scores)),
-            ("forces", "Grasps in numbers", _grasps(grasps)),
+            *([("forces", "Grasps in numbers", _grasps(grasps))] if grasps else []),
             ("data", "Recordings", _data(summarise(recordings), recordings)),
             ("certificate", "Convergence", _certificate(proof)),
             ("subspace", "Subspace", _subspace(controller)),
@@ -262,8 +262,7 @@ def _scores(controller: GraspController, recordings: RecordingSet, scores: dict[
         "From each recording's start to its end: the root mean square distance in the subspace "
         "between the controller's path and the recorded one, at equal shares of arc length; the "
         "same for a straight line, and for the person's other trials with the same object. "
-        f"{seen} of these {len(recordings)} recordings have names that the controller was learned "
-        "from."
+        f"By its name the controller was learned from {seen} of these {len(recordings)} recordings."
     )
     header = (
         *("arrived", "path error [deg]", "straight line [deg]", "people repeat [deg]"),
@@ -297,8 +296,6 @@ def _videos(grasps: Sequence[Rollout], films: Sequence[str]) -> str:
 
 
 def _grasps(grasps: Sequence[Rollout]) -> str:
-    if not grasps:
-        return page.paragraph("None.")
     rows = [
         (
             grasp.task,

@@ -135,6 +135,25 @@ def test_of_work_within_work_the_innermost_speaks(monkeypatch, capsys) -> None:
     assert "outer: " in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("terminal", [False, True])
+def test_nothing_is_said_of_a_command_that_has_ended(run, monkeypatch, terminal) -> None:
+    """An iterator that was left by an error is not ended: whoever keeps the error keeps it."""
+    left = []
+
+    def fail(*_: object) -> None:
+        left.append(progress(range(9), "going through"))
+        next(left[0])
+        raise InputError("none of these")
+
+    monkeypatch.setattr("handsim.cli.defaults.controller_or_built_in", fail)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal, raising=False)
+    said = run("certify")
+    assert said.code == 2 and said.err.endswith("handsim: none of these\n")
+    assert not waiting._working and not waiting._bars
+    left[0].close()
+    assert not waiting._working and not waiting._bars
+
+
 def test_of_work_within_work_the_innermost_has_the_bar(monkeypatch, capsys) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with fraction_done("outer") as outer:

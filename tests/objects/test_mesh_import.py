@@ -90,7 +90,9 @@ def test_without_the_decomposer_the_command_that_installs_it_is_named(
 ) -> None:
     path = saved(bracket(), tmp_path / "bracket.stl")
     monkeypatch.setattr("handsim.objects._convex_pieces.find_spec", lambda name: None)
-    with pytest.raises(MissingToolError, match=r"bracket\.stl: .* run pip install coacd"):
+    with pytest.raises(
+        MissingToolError, match=r"bracket\.stl: .* run: pip install 'handsim.assets.'"
+    ):
         object_from_mesh(path, 0.1)
 
 

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
@@ -68,6 +69,22 @@ def test_the_wheel_carries_models_and_assets_and_no_tests(wheel):
     assert "handsim/__init__.pyi" in names
     assert not [name for name in names if name.startswith("tests") or "__pycache__" in name]
     assert not [name for name in names if "/pictures/" in name], "nothing but the README shows them"
+
+
+def test_the_source_archive_is_the_checkout(tmp_path):
+    """What `make setup`, `make test` and `make docs` need is in it."""
+    tracked = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if tracked.returncode or not (ROOT / ".git").exists():
+        pytest.skip("no checkout of git")
+    call(sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path, cwd=ROOT)
+    (path,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        held = {name.partition("/")[2] for name in archive.getnames()}
+    files = {name for name in tracked.stdout.split("\0") if name and (ROOT / name).is_file()}
+    assert files - held == set()
+    assert not [name for name in held if "__pycache__" in name or name.startswith("docs/api/")]
 
 
 def test_the_versions_stated_are_those_that_pip_lets_in() -> None:

@@ -137,6 +137,7 @@ def test_numbers_are_those_of_the_evaluation(
         assert f"{row['name']}yes{row['path_error_deg']:.1f}" in read.words
     assert "cube-raiseyes" in read.words
     assert "jar-movenoslipped" in read.words
+    assert "learned from 2 of these 2 recordings." in read.words
     assert "cube-raise: success" in read.words
     assert "jar-move: failed, slipped" in read.words
     assert "1 of 2grasps succeed" in read.words
@@ -171,7 +172,7 @@ def test_a_page_without_grasps_says_so(
     path = tmp_path / "line.html"
     write_report(path, line, recordings)
     read = Reader(path.read_text())
-    assert "No grasp was simulated" in read.words
+    assert "No grasp was simulated" in read.words and "Grasps in numbers" not in read.words
     assert len([a for tag, a in read.tags if tag == "img"]) == 6
 
 

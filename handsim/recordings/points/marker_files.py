@@ -200,7 +200,7 @@ def _read_c3d(path: Path) -> MarkerFile:
         ezc3d: Any = import_module("ezc3d")
     except ImportError as error:
         raise MissingToolError(
-            f"{path}: C3D needs ezc3d; install it by pip install 'handsim[markers]'"
+            f"{path}: C3D needs ezc3d; run: pip install 'handsim[markers]'"
         ) from error
     try:
         content = ezc3d.c3d(str(path))
