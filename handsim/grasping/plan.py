@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +27,7 @@ class Pose:
     pos: Array
     quat: Array
 
-    @property
+    @cached_property
     def rotation(self) -> Rotation:
         """The orientation."""
         return Rotation.from_quat(self.quat[_SCALAR_LAST])
