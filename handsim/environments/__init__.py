@@ -22,4 +22,5 @@ if ID not in gymnasium.registry:
         ID,
         entry_point="handsim.environments.grasp_env:GraspEnv",
         vector_entry_point="handsim.environments.grasp_vector_env:GraspVectorEnv",
+        disable_env_checker=True,  # it would look on at each step; `make(...)` can ask for it
     )

@@ -135,8 +135,12 @@ def checked_action(action: Array, shape: tuple[int, ...]) -> Array:
         If it has another shape, or a number is not finite.
     """
     given = np.asarray(action, dtype=float)
-    if given.shape == shape and all(-1.0 <= x <= 1.0 for x in given.ravel().tolist()):
-        return given
+    if given.shape == shape:
+        for number in given.ravel().tolist():
+            if not -1.0 <= number <= 1.0:
+                break
+        else:
+            return given
     if given.shape != shape or not np.isfinite(given).all():
         asked = " x ".join(str(n) for n in shape)
         raise InputError(f"action of shape {given.shape}; give {asked} finite numbers of -1 to 1")

@@ -116,7 +116,7 @@ class WatchedRuns:
         episode = self.episode
         episode.step(actions)
         seen, felt = self._observer.look(episode)
-        parts = [self._reward.parts(each) for each in felt]
+        parts = list(map(self._reward.parts, felt))
         if any(episode.unstable):
             for i in np.flatnonzero(episode.unstable).tolist():
                 seen[i], parts[i] = self._latest[i], dict.fromkeys(PARTS, 0.0)

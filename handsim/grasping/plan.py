@@ -35,7 +35,7 @@ class Pose:
     pos: Array
     quat: Array
 
-    @property
+    @cached_property
     def rotation(self) -> Rotation:
         """The orientation."""
         return Rotation.from_quat(self.quat[_SCALAR_LAST])

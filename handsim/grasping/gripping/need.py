@@ -2,6 +2,7 @@
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
+import threading
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -48,6 +49,27 @@ class HandContacts(NamedTuple):
     normals: Array
     friction: Array
     torsion: Array
+
+
+class _Spare(threading.local):
+    """A state of the model that was asked for last, in each thread another."""
+
+    state: tuple[mujoco.MjModel, mujoco.MjData] | None = None
+
+
+_spare = _Spare()
+
+
+def spare_state(model: mujoco.MjModel) -> mujoco.MjData:
+    """Return a state of a model as it is at first, for a thread to compute in until it asks again.
+
+    To make one takes as long as several steps; searches judge thousands of runs of one model.
+    """
+    if _spare.state is None or _spare.state[0] is not model:
+        _spare.state = model, mujoco.MjData(model)
+    data = _spare.state[1]
+    mujoco.mj_resetData(model, data)
+    return data
 
 
 def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> HandContacts:

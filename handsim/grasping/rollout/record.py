@@ -19,7 +19,7 @@ from handsim.content import ByContent
 from handsim.errors import InputError
 from handsim.grasping._stored_model import trusted_xml
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.gripping.need import LEAST, contacts_at, least_grip
+from handsim.grasping.gripping.need import LEAST, contacts_at, least_grip, spare_state
 from handsim.grasping.rollout.forearm import WRIST_COLUMNS
 from handsim.tasks.rules import GraspTraces, Outcome, judge
 from handsim.types import Array
@@ -318,7 +318,7 @@ def _need(scene: "JudgedScene", commands: "Commands", arrays: Mapping[str, Array
     if not scene.task.rule.lifted or n <= first:
         return LEAST
     model = scene.model
-    data = mujoco.MjData(model)
+    data = spare_state(model)
     object_id = model.body("object").id
     load = commands.load[:n] * model.body_subtreemass[object_id]
     needs: list[float] = []

@@ -1,5 +1,8 @@
 """The least grip that carries a load, beside what is known in closed form."""
 
+from concurrent.futures import ThreadPoolExecutor
+
+import mujoco
 import numpy as np
 import pytest
 from scipy.optimize import linprog
@@ -11,6 +14,7 @@ from handsim.grasping.gripping.need import (
     _edges,
     contacts_at,
     least_grip,
+    spare_state,
 )
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import FRICTION
@@ -226,3 +230,16 @@ def test_a_need_is_found_where_least_squares_give_up(monkeypatch):
     for weight in (0.5, 8.0):
         need = max(LEAST, weight / (2 * 0.8))
         assert least_grip(pinch(), CENTRE, np.array([0, 0, weight])) == pytest.approx(need)
+
+
+def test_a_spare_state_is_a_new_one_each_time_and_each_threads_own():
+    box = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+    model, other = (mujoco.MjModel.from_xml_string(box) for _ in range(2))
+    first = spare_state(model)
+    first.qpos[:] = 5.0
+    again = spare_state(model)
+    assert again is first  # the same memory
+    np.testing.assert_array_equal(again.qpos, model.qpos0)
+    assert spare_state(other) is not first
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(spare_state, other).result() is not spare_state(other)

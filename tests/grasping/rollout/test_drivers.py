@@ -17,7 +17,7 @@ from handsim.grasping.rollout.drivers import (
     ScriptedDriver,
     learned_driver,
 )
-from handsim.joints import N_JOINTS, clip_to_range
+from handsim.joints import LOWER, N_JOINTS, UPPER, clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 
@@ -134,6 +134,18 @@ def test_a_hand_that_does_as_it_is_told_comes_to_its_destination(driver):
     assert not driver.arrived(path[0])
     jump = np.rad2deg(np.abs(driver.destination - path[-1]).max())
     assert jump < 5.0
+
+
+@pytest.mark.parametrize("far", [-3.0, 3.0])
+def test_targets_stay_within_the_ranges_of_motion(driver, far):
+    subspace = driver.controller.subspace
+    z = driver.z_goal[None] + far
+    q = subspace.inverse_transform(z)
+    assert ((q < LOWER) | (q > UPPER)).any()
+    targets, _ = driver.step(0.5, DT, z, q)
+    assert ((targets >= LOWER) & (targets <= UPPER)).all()
+    lead = driver.timing.velocities(z, 0.5) @ subspace.components_ * driver.lead
+    np.testing.assert_allclose(targets, clip_to_range(q + lead), atol=1e-12)
 
 
 def test_runs_together_get_the_bits_of_each_alone(driver):
