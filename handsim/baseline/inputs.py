@@ -63,7 +63,7 @@ def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
     }
     hashes[f"task/{name}"] = content_digest(task_content(scene.task))
     hashes[f"schedule/{name}"] = content_digest(schedule_for(scene.task))
-    hashes[f"plan/{name}"] = content_digest(plan)
+    hashes[f"plan/{name}"] = content_digest(plan.stored)
     hashes[f"glove/{name}"] = content_digest(DataGlove())
     conditions = scene.conditions.as_dict()
     return hashes | {f"condition/{field}": _said(value) for field, value in conditions.items()}

@@ -148,8 +148,8 @@ def _trace(
 
 
 def _plan_to_json(plan: GraspPlan) -> dict[str, Any]:
-    """Return all fields of a plan; JSON keeps every bit of a number."""
-    values = {field.name: getattr(plan, field.name) for field in fields(plan)}
+    """Return what is stored of a plan; JSON keeps every bit of a number."""
+    values: dict[str, Any] = dict(plan.stored)
     palm = values.pop("palm")
     values |= {"palm_pos": palm.pos, "palm_quat": palm.quat}
     return {name: None if v is None else np.asarray(v).tolist() for name, v in values.items()}

@@ -138,6 +138,11 @@ class GraspPlan:
     z_goal: Array | None = None
     transport: "Transport | None" = None
 
+    @property
+    def stored(self) -> dict[str, object]:
+        """What a stored plan holds, by name: all but the transport."""
+        return {name: value for name, value in vars(self).items() if name != "transport"}
+
     def goal_in(self, subspace: PostureSubspace) -> Array:
         """Return the destination in a subspace: ``z_goal``, or the projection of ``q_goal``."""
         return subspace.transform(self.q_goal) if self.z_goal is None else self.z_goal

@@ -141,7 +141,7 @@ def check_plans(spec: SweepSpec, sources: Mapping[str, Source]) -> None:
 
 def _digest(plan: GraspPlan) -> str:
     """Return eight hexadecimal digits of a plan; its last bits do not count."""
-    return content_digest(plan)[:8]
+    return content_digest(plan.stored)[:8]
 
 
 def _hand(run: SweepRun) -> _Hand:
