@@ -150,7 +150,8 @@ class PalmTransport:
             learned = recorded_transport(recordings, progress=progress)
         certified = learned.certificate.certified
         proved = "proven to arrive" if certified else "NOT proven to arrive"
-        note(f"the palm comes in as in {learned.n_reaches} recorded reaches, {proved}")
+        reaches = number_of(learned.n_reaches, "recorded reach", "recorded reaches")
+        note(f"the palm comes in as in {reaches}, {proved}")
         of = {"recordings": name, "n_reaches": learned.n_reaches, "certified": certified}
         return cls(learned, {"transport": of})
 
