@@ -303,7 +303,12 @@ class _Search:
             yield self._aimed(within_reach(self.scenes[0], plan))
 
     def _aimed(self, plan: GraspPlan) -> GraspPlan:
-        return replace(plan, z_goal=plan.goal_in(self.controller.subspace))
+        """Return a plan with its destination, moved to where this controller can lead."""
+        z = plan.goal_in(self.controller.subspace)
+        within = np.clip(z, *self.box)
+        if (within == z).all():
+            return replace(plan, z_goal=z)
+        return aimed_at(self.controller, plan, within)
 
     def from_start(self, start: GraspPlan, effort: Effort, seed: int) -> tuple[float, GraspPlan]:
         """Search around a plan; return the least cost found and its plan. ``start`` counts too."""

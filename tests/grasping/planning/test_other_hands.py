@@ -23,7 +23,7 @@ from handsim.grasping.planning.search import (
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
-from handsim.joints import FINGERS
+from handsim.joints import FINGERS, LOWER, UPPER, clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND, HandSize
@@ -243,6 +243,22 @@ def test_plans_of_others_are_aimed_in_the_subspace_of_this_controller(controller
     np.testing.assert_array_equal(numbers(unknown), numbers(plan))  # taken as it is
     (foreign,) = search.known(None, [replace(others[0], plan=replace(plan, z_goal=None))])
     np.testing.assert_array_equal(foreign.z_goal, controller.subspace.transform(plan.q_goal))
+
+
+def test_a_destination_out_of_reach_of_this_controller_is_moved_to_where_it_leads(controller, plan):
+    """Another controller's people may have closed further than anybody whom this one knows."""
+    search = planner._Search(controller, TASK, Conditions(), Estimate(None))
+    bent = np.where(controller.subspace.components_[0] > 0, UPPER, LOWER)
+    far = replace(plan, z_goal=None, q_goal=bent)
+    assert planner.refused(controller, far)
+    for begun in (search.known(far, ()), search.known(None, [StoredPlan(far, True)])):
+        (aimed,) = begun
+        assert not planner.refused(controller, aimed)
+        lower, upper = search.box
+        assert ((lower <= aimed.z_goal) & (aimed.z_goal <= upper)).all()
+        np.testing.assert_allclose(
+            aimed.q_goal, clip_to_range(controller.subspace.inverse_transform(aimed.z_goal))
+        )
 
 
 def test_a_store_knows_whose_hand_and_controller_its_plans_are_for(tmp_path, plan):
