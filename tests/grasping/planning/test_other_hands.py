@@ -23,7 +23,7 @@ from handsim.grasping.planning.search import (
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
-from handsim.joints import FINGERS, LOWER, UPPER, clip_to_range
+from handsim.joints import FINGERS, clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND, HandSize
@@ -248,8 +248,7 @@ def test_plans_of_others_are_aimed_in_the_subspace_of_this_controller(controller
 def test_a_destination_out_of_reach_of_this_controller_is_moved_to_where_it_leads(controller, plan):
     """Another controller's people may have closed further than anybody whom this one knows."""
     search = planner._Search(controller, TASK, Conditions(), Estimate(None))
-    bent = np.where(controller.subspace.components_[0] > 0, UPPER, LOWER)
-    far = replace(plan, z_goal=None, q_goal=bent)
+    far = replace(plan, z_goal=3.0 * search.box[1])
     assert planner.refused(controller, far)
     for begun in (search.known(far, ()), search.known(None, [StoredPlan(far, True)])):
         (aimed,) = begun
