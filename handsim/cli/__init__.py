@@ -94,24 +94,32 @@ def main() -> NoReturn:
     heard()
     _show_any_name()
     try:
+        sys.exit(_run())
+    finally:
+        say_no_more()
+        what_is_kept()  # is forgotten, where nobody asked for it
+
+
+def _run() -> int:
+    """Run the command and return its exit code; what is wrong is told in one line."""
+    try:
         code = app(prog_name="handsim", standalone_mode=False)
     except HandsimError as error:
-        sys.exit(_refuse(str(error)))
+        return _refuse(str(error))
     except _UsageError as error:
-        sys.exit(_refuse(str(getattr(error, "format_message", error.__str__)())))
+        return _refuse(str(getattr(error, "format_message", error.__str__)()))
     except (typer.Abort, KeyboardInterrupt):
         code = INTERRUPTED
     except BrokenPipeError:
         sys.stderr.close()  # the reader of standard output has gone; nobody is left to tell
-        sys.exit(0)
+        return 0
     except OSError as error:  # a folder without permission, a connection that is refused
         named = isinstance(error.filename, str | os.PathLike)
         said = refused(Path(error.filename), error) if named else error.strerror or error
-        sys.exit(_refuse(str(said)))
-    say_no_more()
+        return _refuse(str(said))
     if code == INTERRUPTED:  # which typer makes of an interrupt itself
         _tell(f"interrupted; {what_is_kept()}")
-    sys.exit(code if isinstance(code, int) else 0)
+    return code if isinstance(code, int) else 0
 
 
 def _show_any_name() -> None:

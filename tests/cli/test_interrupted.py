@@ -9,6 +9,7 @@ import pytest
 
 from handsim.cli import reporting
 from handsim.cli.waiting import NOTHING, keeping, what_is_kept
+from handsim.errors import InputError
 from handsim.learning.controller import GraspController
 
 MAIN = "from handsim.cli import main; main()"
@@ -20,6 +21,16 @@ def test_what_is_kept_is_said_once_and_forgotten():
     assert what_is_kept() == "rows are in a.csv; plans are kept"
     with keeping("rows are in a.csv"):
         pass
+    assert what_is_kept() == NOTHING
+
+
+def test_what_is_kept_of_a_command_is_forgotten_with_it(run, monkeypatch):
+    def refuse(*_: object) -> None:
+        with keeping("rows are in a.csv"):
+            raise InputError("none of these")
+
+    monkeypatch.setattr("handsim.cli.defaults.controller_or_built_in", refuse)
+    assert run("certify").err == "handsim: none of these\n"
     assert what_is_kept() == NOTHING
 
 
