@@ -73,7 +73,7 @@ def spare_state(model: mujoco.MjModel) -> mujoco.MjData:
 
 
 def contacts_at(model: mujoco.MjModel, data: mujoco.MjData) -> HandContacts:
-    """Return the contacts of hand and object in a state whose positions MuJoCo has computed (`mj_fwdPosition`)."""
+    """Return the contacts of hand and object in a state that MuJoCo has placed all things of."""
     contact = data.contact
     root = model.body_rootid[model.geom_bodyid[contact.geom]]
     object_id, hand = model.body("object").id, model.body_rootid[model.body("forearm").id]
@@ -142,8 +142,6 @@ def _edges(contacts: HandContacts, centre: Array) -> Array:
     )
     force = normals[:, None] + along[..., :1] * first[:, None] + along[..., 1:] * second[:, None]
     lever = (contacts.points - centre)[:, None]
-    torque = (
-        cross(lever, force) + about[..., None] * normals[:, None]
-    )
+    torque = cross(lever, force) + about[..., None] * normals[:, None]
     wrenches = np.concatenate([force, torque], axis=-1).astype(float)
     return wrenches.reshape(-1, 6).T
