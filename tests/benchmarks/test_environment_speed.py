@@ -30,7 +30,7 @@ STRETCH = 60
 TASKS = ("pen-write", "cube-raise", "tall-glass-drink")
 """The cheapest scene, a scene of usual cost, and one of the dearest."""
 ONE = {"pen-write": 0.6, "cube-raise": 0.68, "tall-glass-drink": 0.78}
-"""What one environment has where other work keeps all cores busy; on a quiet machine 0.70, 0.77 and
+"""What one environment has where other work keeps all cores busy; with less of it 0.70, 0.77 and
 0.83."""
 
 
