@@ -29,6 +29,9 @@ STRETCH = 60
 """Readings that are timed together."""
 TASKS = ("pen-write", "cube-raise", "tall-glass-drink")
 """The cheapest scene, a scene of usual cost, and one of the dearest."""
+ONE = {"pen-write": 0.6, "cube-raise": 0.68, "tall-glass-drink": 0.78}
+"""What one environment has where other work keeps all cores busy; with less of it 0.70, 0.77 and
+0.83."""
 
 
 def of_stretches(step: Callable[[int], object], n: int) -> list[float]:
@@ -84,7 +87,7 @@ def test_many_have_most_of_the_throughput_of_mujoco_alone(task):
     assert throughput(task, 32, rounds=3) >= 0.8
 
 
-@pytest.mark.parametrize("task", TASKS)
-def test_one_has_about_half_of_it(task):
-    """What a step costs in Python does not depend on the scene, and is shared by nobody."""
-    assert throughput(task, 1, rounds=6) >= 0.5
+@pytest.mark.parametrize(("task", "share"), ONE.items())
+def test_one_has_most_of_it(task, share):
+    """What a step costs in Python hardly depends on the scene, and is shared by nobody."""
+    assert throughput(task, 1, rounds=6) >= share
