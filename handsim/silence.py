@@ -8,8 +8,9 @@ user's own back, in whatever order they leave.
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
 import threading
-from collections.abc import Callable
-from contextlib import ContextDecorator
+import warnings
+from collections.abc import Callable, Generator
+from contextlib import ContextDecorator, contextmanager
 
 import mujoco
 
@@ -61,3 +62,26 @@ def _unheard(text: str) -> None:
 
 
 _quiet = _Quiet()
+
+
+@contextmanager
+def unheard_warnings() -> Generator[None]:
+    """Keep MuJoCo's warnings about a user's file from the terminal and from a log file."""
+    with silent(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def quiet_compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Compile a spec without a word to the terminal or a log file.
+
+    Raises
+    ------
+    ValueError
+        As MuJoCo has it.
+    """
+    with unheard_warnings():
+        try:
+            return spec.compile()
+        except mujoco.FatalError as error:
+            raise ValueError(str(error)) from error

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from handsim.errors import InputError, UnknownNameError
 from handsim.hand.mjcf import weld_to_mocap
 from handsim.robot_hands.hand_frames import AttachedFrame
+from handsim.silence import quiet_compile
 from handsim.types import Array
 
 
@@ -74,7 +75,7 @@ def mount_robot_hand(
 
 def _inverse(hand: mujoco.MjSpec, palm: AttachedFrame) -> tuple[Array, Array]:
     """Return the pose of the hand's world in the frame of its palm."""
-    model = hand.compile()
+    model = quiet_compile(hand)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE.value, palm.name)

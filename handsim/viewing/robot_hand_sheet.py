@@ -15,6 +15,7 @@ from handsim.hand.postures import POSTURES
 from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.robot_hands.hand_frames import AttachedFrame
+from handsim.silence import quiet_compile
 from handsim.types import Array, Frame
 from handsim.viewing.film.offscreen import Offscreen, open_offscreen
 from handsim.viewing.film.video import contact_sheet
@@ -93,7 +94,7 @@ def _drawn(
             name=f"handsim {name}", pos=middle + away * turned @ back, quat=quat, fovy=_FOV
         )
     light_any_hand(spec)
-    model = spec.compile()
+    model = quiet_compile(spec)
     if axes or hand.frames.origin != "given":
         _show_each_link(model, hand.placeholders)
     scene, data = offscreen.add(model), mujoco.MjData(model)

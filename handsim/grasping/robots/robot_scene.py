@@ -20,6 +20,7 @@ from handsim.joints import FINGERS, Finger
 from handsim.objects.object import GraspObject
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.robot_hands.mounting import mount_robot_hand
+from handsim.silence import quiet_compile, unheard_warnings
 from handsim.tasks.scene import build_scene, set_hand_friction
 from handsim.tasks.task import Task
 from handsim.types import Array, Index
@@ -106,7 +107,7 @@ class RobotScene:
         grasp_object = mirrored.object
         spec = robot_scene_spec(task, conditions, robot)
         add_sensors(spec, mirrored.rule.pressed)
-        model = spec.compile()
+        model = quiet_compile(spec)
         joints = [model.joint(PREFIX + name).qposadr[0] for name in robot.joint_names]
         index = np.array(joints, dtype=np.intp)
         return cls(
@@ -227,12 +228,13 @@ def _name_fingers(spec: mujoco.MjSpec, robot: RobotHand) -> None:
 
 def _xml(task: Task, conditions: Conditions, robot: RobotHand) -> str:
     spec = robot_scene_spec(task, conditions, robot)
-    model = spec.compile()
+    model = quiet_compile(spec)
     for mesh in spec.meshes:
         if mesh.file:
             _write_out(mesh, model)
-    spec.compile()
-    return spec.to_xml()
+    quiet_compile(spec)
+    with unheard_warnings():  # it compiles once more
+        return spec.to_xml()
 
 
 def _write_out(mesh: mujoco.MjsMesh, model: mujoco.MjModel) -> None:

@@ -1,16 +1,11 @@
-"""Inertias that no body can have, joints without actuators or names, and quiet compilation."""
+"""Inertias that no body can have, joints without actuators or names."""
 # pyright: reportAttributeAccessIssue=false
 # MuJoCo's compiled modules carry no stubs for their enums and functions.
 
-import warnings
-from collections.abc import Generator
-from contextlib import contextmanager
 from itertools import count
 
 import mujoco
 import numpy as np
-
-from handsim.silence import silent
 
 SERVO_STIFFNESS = 3.0
 """Of the servos added [N m/rad], as those of the own hand's fingers (1.5 to 6)."""
@@ -21,29 +16,6 @@ _ARMATURE = 2e-4
 _RADIUS = 0.01
 """Of the ball whose inertia stands for one that is none [m]."""
 _JOINT = mujoco.mjtEq.mjEQ_JOINT
-
-
-@contextmanager
-def unheard_warnings() -> Generator[None]:
-    """Keep MuJoCo's warnings about a user's file from the terminal and from a log file."""
-    with silent(), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
-
-
-def quiet_compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Compile a spec without a word to the terminal or a log file.
-
-    Raises
-    ------
-    ValueError
-        As MuJoCo has it.
-    """
-    with unheard_warnings():
-        try:
-            return spec.compile()
-        except mujoco.FatalError as error:
-            raise ValueError(str(error)) from error
 
 
 def mend_inertia(spec: mujoco.MjSpec) -> list[str]:

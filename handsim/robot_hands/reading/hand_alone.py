@@ -7,8 +7,8 @@ from dataclasses import replace
 import mujoco
 
 from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames
-from handsim.robot_hands.reading._mending import quiet_compile
 from handsim.robot_hands.reading.hand_file import HandFile
+from handsim.silence import quiet_compile
 from handsim.wording import number_of
 
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE

@@ -22,12 +22,11 @@ from handsim.robot_hands.reading._mending import (
     give_names,
     keep_least_masses,
     mend_inertia,
-    quiet_compile,
-    unheard_warnings,
 )
 from handsim.robot_hands.reading._mjcf_text import prepare_mjcf
 from handsim.robot_hands.reading._urdf_text import prepare_urdf
 from handsim.robot_hands.reading._xml_text import parse
+from handsim.silence import quiet_compile, unheard_warnings
 from handsim.wording import number_of
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")

@@ -15,6 +15,7 @@ from handsim.hand.export import write_hand
 from handsim.joints import CONTACT_PARTS, FINGERS
 from handsim.objects.catalogue import OBJECTS
 from handsim.objects.mirror import mirrored
+from handsim.retargeting.retarget import Retargeter
 from handsim.retargeting.robot_hand import RobotHand
 from handsim.robot_hands.hand_frames import AttachedFrame, HandFrames
 from handsim.tasks.lift import lift_task
@@ -139,3 +140,26 @@ def test_a_left_robot_meets_own_objects_as_they_are(left):
     turned_over = RobotScene.build(lift_task(own, grasp), FREE, left)  # for a right hand: mirrored
     there, mirror = scene.model.body("object").ipos, turned_over.model.body("object").ipos
     assert there[1] == pytest.approx(-mirror[1]) and there[1] < -0.001  # its face is at -y
+
+
+TWICE = """<mujoco><compiler angle="radian"/><default><joint axis="0 1 0" range="0 1.6"/></default>
+<worldbody><body name="palm"><geom type="box" size=".04 .04 .01"/>
+<body name="index" pos=".09 .02 0"><joint name="i1"/><joint name="i2"/><geom type="capsule"
+fromto="0 0 0 .04 0 0" size=".007"/></body><body name="thumb" pos=".02 .05 0"><joint name="t1"/>
+<geom type="capsule" fromto="0 0 0 .04 0 0" size=".007"/></body></body></worldbody>
+<tendon><fixed name="t"><joint joint="i1" coef="1"/><joint joint="i2" coef="1"/></fixed></tendon>
+<actuator><position joint="t1" kp="1" ctrlrange="0 1.6"/>
+<position tendon="t" kp="1" ctrlrange="0 3"/></actuator></mujoco>"""
+"""A finger with two hinges in one place, whose inertia matrix is all but singular."""
+
+
+def test_what_mujoco_thinks_of_a_users_hand_is_not_said_again(tmp_path, grasps, plan):
+    """Python's warnings are errors in tests; on a terminal they would be lines of source."""
+    file = tmp_path / "hand.xml"
+    file.write_text(TWICE)
+    with pytest.warns(UserWarning, match="too close to singular"):
+        mujoco.MjSpec.from_file(str(file)).compile()
+    robot = RobotHand(file)
+    scene = RobotScene.build(TASK, FREE, robot)
+    run = replace(grasps, retargeter=Retargeter(robot)).run(scene, plan)
+    assert run.model().nq == scene.model.nq
