@@ -107,6 +107,7 @@ def robot_that_grasps(
             raise InputError("--folder is about meshes of a robot hand; give its file by --hand")
         return None
 
+    from handsim.grasping.robots.robot_movement import check_opposing
     from handsim.retargeting.robot_hand import RobotHand
 
     refused = {
@@ -116,6 +117,7 @@ def robot_that_grasps(
     for reason in (reason for reason, asked in refused.items() if asked):
         raise InputError(f"{reason}, --hand names a robot's; drop one of the two")
     robot = RobotHand(file, folders=folders)
+    check_opposing(robot)
     for line in robot.notes:
         note(line)
     return robot

@@ -120,6 +120,14 @@ def test_what_a_robot_hand_cannot_do_is_refused_in_a_line(run, hand, options, wo
     assert said.err.count("\n") == 1
 
 
+def test_a_hand_that_cannot_grasp_is_refused_before_anything_is_said(run, hand):
+    tips = {"index": AttachedFrame("index_pad")}
+    hand.with_suffix(".toml").write_text(frames_as_toml(HandFrames(AttachedFrame("palm"), tips)))
+    said = run("grasp", CONTROLLER, "--hand", hand, "--task", "cube-raise")
+    assert said.code == 2
+    assert said.err == "handsim: the hand has only index; a grasp needs a thumb and a finger\n"
+
+
 def test_a_hand_that_is_not_there_is_named(run, tmp_path):
     said = run("grasp", "--task", "cube-raise", "--hand", tmp_path / "none.xml")
     assert said.code == 2

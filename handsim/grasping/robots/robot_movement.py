@@ -117,10 +117,7 @@ def robot_movement(
         If the robot has no fingers that could oppose each other.
     """
     robot = retargeter.robot
-    if "thumb" not in robot.fingers or len(robot.fingers) < 2:
-        raise InputError(
-            f"the hand has only {', '.join(robot.fingers)}; a grasp needs a thumb and a finger"
-        )
+    check_opposing(robot)
     postures = told_postures(driver, commands)
     different = np.append(True, (np.diff(postures, axis=0) != 0).any(axis=1))
     row: Index = np.cumsum(different) - 1
@@ -157,3 +154,17 @@ def middle_between(hand: RobotHand, x: Array, fingers: Sequence[Finger]) -> Arra
     (points, _, _), _ = hand.poses_in(hand.link_frames(x))
     others = points[:, [hand.fingers.index(finger) for finger in fingers]].mean(axis=1)
     return 0.5 * (points[:, hand.fingers.index("thumb")] + others)
+
+
+def check_opposing(robot: RobotHand) -> None:
+    """Check that a robot has a thumb and a finger, which can oppose each other.
+
+    Raises
+    ------
+    InputError
+        If it has not.
+    """
+    if "thumb" not in robot.fingers or len(robot.fingers) < 2:
+        raise InputError(
+            f"the hand has only {', '.join(robot.fingers)}; a grasp needs a thumb and a finger"
+        )

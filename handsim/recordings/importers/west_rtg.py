@@ -41,6 +41,8 @@ from handsim.types import Array
 
 _WEST_OBJECTS = ("scissors", "zip-tie", "screwdriver", "wire-harness-tied", "wire-harness-untied")
 _WEST_N_COLUMNS = 23
+_LARGEST = 1e6
+"""Angles beyond are damage, of which products overflow [rad]."""
 # For each of the 22 joints in glove order: the source's column and the sign that brings it to
 # this project's convention.
 _WEST_COLUMNS = np.array(
@@ -113,10 +115,10 @@ def _west_subject(angles: Array, times: Array, subject: int) -> list[Recording]:
 
 def _west_postures(cell: npt.ArrayLike, subject: int, object_name: str) -> Array:
     raw = np.asarray(cell, dtype=float)
-    if raw.ndim != 2 or raw.shape[1] != _WEST_N_COLUMNS or not np.isfinite(raw).all():
+    if raw.ndim != 2 or raw.shape[1] != _WEST_N_COLUMNS or not (np.abs(raw) < _LARGEST).all():
         raise FileError(
             f"subject {subject}, {object_name}: angles of shape {raw.shape}; the layout has finite "
-            f"angles of shape (n, {_WEST_N_COLUMNS})"
+            f"angles of shape (n, {_WEST_N_COLUMNS}), below {_LARGEST:g} rad"
         )
     return raw[:, _WEST_COLUMNS] * _WEST_SIGNS
 

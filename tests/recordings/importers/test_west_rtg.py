@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import savemat
+from scipy.io import loadmat, savemat
 
 from handsim.errors import FileError, InputError, UnknownNameError
 from handsim.joints import JOINT_INDEX
@@ -69,6 +69,17 @@ def test_bad_input(files: list[Path], tmp_path: Path) -> None:
         import_recordings([tmp_path / "no.mat"], "west-rtg")
     files[0].write_bytes(files[0].read_bytes()[:3000])
     with pytest.raises(FileError, match=r"X\.mat"):
+        import_recordings(files, "west-rtg")
+
+
+@pytest.mark.parametrize("damage", [1e300, np.nan, -np.inf])
+def test_angles_that_are_damage_are_refused(files: list[Path], damage: float) -> None:
+    angles = loadmat(files[0])["X_R2G_SUBJECTbyOBJECT"]
+    angles[1, 3][100, 7] = damage
+    savemat(files[0], {"X_R2G_SUBJECTbyOBJECT": angles})
+    with pytest.raises(
+        FileError, match=r"subject 2, wire-harness-tied: .* finite angles .* 1e\+06"
+    ):
         import_recordings(files, "west-rtg")
 
 
