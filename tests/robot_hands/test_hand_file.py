@@ -141,6 +141,11 @@ def test_an_mjcf_is_read_whatever_its_suffix_with_its_parts(tmp_path):
         ("no xml", "no XML"),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><robot/>", "DOCTYPE"),
         ("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>", "nothing in it moves"),
+        (
+            "<mujoco><worldbody><body><joint/><geom size='1'/><geom size='1e-300'/></body>"
+            "</worldbody></mujoco>",
+            "a shape of 1e-300 m, smaller than 1e-09",
+        ),
         ("<mujoco><worldbody><body><joint range='0 nan'/></body></worldbody></mujoco>", "finite"),
         ("<mujoco><worldbody><replicate count='999999'/></worldbody></mujoco>", "replicate"),
         ("<mujoco><asset><hfield file='/etc/passwd'/></asset></mujoco>", "hfield"),

@@ -33,6 +33,8 @@ SUFFIXES = (".xml", ".mjcf", ".urdf")
 """Files that are taken for hands; what is inside decides what they are."""
 _TRIES = 16
 """How many broken meshes and unknown settings are left out before the file is refused."""
+_SMALLEST = 1e-9
+"""Least size of a shape [m]."""
 _UNKNOWN = re.compile(r"unrecognized attribute: '(\w+)' Element '(\w+)'")
 _OF_THE_SIMULATION = frozenset(
     ["option", "flag", "size", "visual", "global", "quality", "headlight", "map", "scale", "rgba"]
@@ -161,6 +163,7 @@ def _read(
     model = quiet_compile(spec)
     if model.nv == 0:
         raise FileError(f"{file}: nothing in it moves; give a hand with joints")
+    _check_sizes(file, model)
     notes += add_servos(spec, model)
     model = quiet_compile(spec)
     keep_least_masses(spec, model)
@@ -170,6 +173,16 @@ def _read(
         notes.append(f"settings of another version of MuJoCo are left out: {old}")
     placeholders = frozenset(mesh.name for mesh in spec.meshes if _is_placeholder(mesh, assets))
     return HandFile(spec, model, speeds, tuple(notes), placeholders)
+
+
+def _check_sizes(file: Path, model: mujoco.MjModel) -> None:
+    """Refuse shapes so small that a file of a scene would have them as 0."""
+    sizes = model.geom_size[(model.geom_size > 0.0) & (model.geom_size < _SMALLEST)]
+    if len(sizes):
+        raise FileError(
+            f"{file}: a shape of {sizes[0]:g} m, smaller than {_SMALLEST:g}; mend its size or "
+            "leave it out"
+        )
 
 
 def _is_placeholder(mesh: mujoco.MjsMesh, assets: Assets) -> bool:

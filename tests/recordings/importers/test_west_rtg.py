@@ -77,9 +77,7 @@ def test_angles_that_are_damage_are_refused(files: list[Path], damage: float) ->
     angles = loadmat(files[0])["X_R2G_SUBJECTbyOBJECT"]
     angles[1, 3][100, 7] = damage
     savemat(files[0], {"X_R2G_SUBJECTbyOBJECT": angles})
-    with pytest.raises(
-        FileError, match=r"subject 2, wire-harness-tied: .* finite angles .* 1e\+06"
-    ):
+    with pytest.raises(FileError, match=r"wire-harness-tied: .* finite angles .* 1e\+06"):
         import_recordings(files, "west-rtg")
 
 
