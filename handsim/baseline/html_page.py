@@ -37,7 +37,7 @@ def write_page(path: Path, baseline: Baseline, results: Results, report: Report)
         ("answers", "All answers", _answers(report)),
         ("versions", "Environment and reasons", _environment(baseline, report)),
     ]
-    verdict = "as in the baseline" if report.ok else f"{number_of(len(report.findings), 'finding')}"
+    verdict = "as in the baseline" if report.ok else number_of(len(report.findings), "finding")
     top = page.tiles(
         (
             (verdict, "verdict"),

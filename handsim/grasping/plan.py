@@ -169,7 +169,7 @@ class PalmPath:
             retreat = self.object_pose.rotation.apply(self.plan.retreat)
             coming = grasp.pos + back[:, None] * retreat
         else:
-            coming = self.learned_reach.at(np.clip(times, 0.0, self._duration))
+            coming = self.learned_reach.at(times)
         shift, turn = self._carried(times)
         pos = shift + turn.apply(coming)
         return pos, composed(turn, grasp.rotation).as_quat(scalar_first=True)

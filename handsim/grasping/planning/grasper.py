@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
@@ -18,10 +18,12 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.learning.certification import covered
 from handsim.learning.controller import GraspController
-from handsim.learning.transport.transport import Transport
 from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
 from handsim.types import Progress
+
+if TYPE_CHECKING:
+    from handsim.learning.transport.transport import Transport
 
 Grasper = Callable[[Task, Conditions], Rollout]
 """Grasps a task under the given conditions."""
@@ -141,7 +143,7 @@ class ControllerGrasper:
     shared: tuple[PlanStore, ...] = ()
     note: Note | None = None
     planning: Waiting = nobody_waits
-    transport: Transport | None = None
+    transport: "Transport | None" = None
     made: dict[str, StoredPlan] = field(
         default_factory=dict[str, StoredPlan], repr=False, compare=False
     )

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from handsim.errors import InputError
-from handsim.learning.transport.transport import Transport, learn_transport
+from handsim.learning.transport.transport import MIRROR, Transport, learn_transport
 from handsim.recordings.points.palm_path import has_palm, wrist_path
 from handsim.recordings.recording import Recording
 from handsim.types import Progress
@@ -14,7 +14,6 @@ LEAST_REACHES = 3
 """Fewest recordings from which something that they share can be told."""
 LEAST_WAY = 0.03
 """Shortest way of a palm that is a reach [m]."""
-_MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 def recorded_transport(
@@ -46,7 +45,7 @@ def recorded_transport(
             "palm_x_m to palm_z_m and palm_qw to palm_qz"
         )
     return learn_transport(
-        [way * _MIRROR if each.hand.side == "left" else way for each, way in reaches],
+        [way * MIRROR if each.hand.side == "left" else way for each, way in reaches],
         [each.time for each, _ in reaches],
         seed=seed,
         progress=progress,

@@ -26,7 +26,7 @@ _N_CONTROL = 16  # of the time law
 _N_PROGRESS = 51
 _STEP = float(np.deg2rad(1.0))
 _GOAL = np.zeros(3)
-_MIRROR = np.array([1.0, -1.0, 1.0])
+MIRROR = np.array([1.0, -1.0, 1.0])
 """The y axis of a reach points to the left: what a right hand does to it, a left one undoes."""
 SCALE = 2.5
 """Length of a straight reach in the coordinates of the field [rad], for which the learners are
@@ -92,7 +92,7 @@ class Transport:
         law = ProgressLaw(self.duration if duration is None else duration, self.progress)
         frame = ReachFrame.of(start, goal, self.rises)
         if self.mirrored:
-            frame = replace(frame, axes=frame.axes * _MIRROR)
+            frame = replace(frame, axes=frame.axes * MIRROR)
         near = [wall.moved(frame.axes, frame.goal, frame.distance / SCALE) for wall in walls]
         kept, field = keep_off(_GOAL, near), self.navigation
         if kept:
