@@ -8,10 +8,7 @@ again.
 import sys
 from pathlib import Path
 
-from handsim.grasping.conditions import Conditions
-from handsim.grasping.planning.demonstrator import demonstrate
-from handsim.grasping.planning.trial_variation import trial_variation
-from handsim.grasping.rollout.glove import recorded_reach
+from handsim.grasping.planning.demonstrator import demonstrated_reach
 from handsim.recordings.folder import write_recordings
 from handsim.recordings.recording import RecordingSet
 from handsim.tasks.table_one import TASKS
@@ -22,13 +19,8 @@ def built_in_experiments() -> RecordingSet:
 
     A demonstration that does not hold is none and is left out.
     """
-    runs = (
-        (task, demonstrate(task, Conditions(seed=task.number), trial_variation(task.number)))
-        for task in TASKS
-    )
-    return RecordingSet(
-        tuple(recorded_reach(run, task) for task, run in runs if run.outcome.success)
-    )
+    reaches = (demonstrated_reach(task) for task in TASKS)
+    return RecordingSet(tuple(reach for reach in reaches if reach is not None))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import numpy as np
 
 from handsim.environments.entries import SPEED, ActionKind, targets_of
 from handsim.grasping.plan import GraspPlan, Schedule, ramp
-from handsim.grasping.rollout.drivers import LearnedDriver
+from handsim.grasping.rollout.drivers import timed_driver
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.types import Array
@@ -50,15 +50,11 @@ class SteeredDriver:
     def __init__(
         self, controller: GraspController, plan: GraspPlan, lead: Array, schedule: Schedule
     ) -> None:
-        z_start, z_goal = (
-            controller.subspace.transform(plan.q_start),
-            plan.goal_in(controller.subspace),
-        )
         self.reach = schedule.end + 1.0
         self._schedule = schedule
         self._asked = AskedVelocity()
-        self._led = LearnedDriver(controller, z_start, z_goal, self._asked, lead, schedule.reach)
-        low, high = controller.reach
+        self._led = timed_driver(controller, plan, self._asked, lead, schedule)
+        (low, high), z_start = controller.reach, self._led.z_start
         # Rows, since NumPy is faster with arrays of one shape.
         self._low = np.minimum(low, z_start)[None]
         self._high = np.maximum(high, z_start)[None]

@@ -9,7 +9,7 @@ the same starts and with the same seeds. Then come ten nominal and 20 perturbed 
 """
 
 import argparse
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -23,7 +23,6 @@ from handsim.grasping.planning.planner import run_plan
 from handsim.grasping.pool import processes
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import LearnedDriver, learned_driver
-from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.movement.timing import Timing
 from handsim.tasks.table_one import TASKS, task_by_name
@@ -61,28 +60,16 @@ class LineController(GraspController):
 
 
 class JointLineController(LineController):
-    """The same in the space of joints: what the first posture has beside the components fades."""
-
-
-@dataclass(frozen=True)
-class JointLineDriver(LearnedDriver):
-    """Adds what of the first posture lies outside the components, less and less."""
-
-    outside: np.ndarray = field(default_factory=lambda: np.zeros(0))
-
-    def step(self, time, dt, reference, readings):
-        targets, following = super().step(time, dt, reference, readings)
-        left = 1.0 - ramp(time, 0.0, self.reach)
-        return clip_to_range(targets + left * self.outside), following
+    """The same in the space of joints: what the first posture has beside the components fades
+    over the whole reach."""
 
 
 def driver_of(controller, plan, lead, schedule, grasped=None) -> LearnedDriver:
-    """Return a controller's driver as `learned_driver` does; lines in joints have their own."""
+    """Return a controller's driver as `learned_driver` does; lines in joints end as one."""
     driver = learned_driver(controller, plan, lead, schedule, grasped)
-    if not isinstance(controller, JointLineController):
-        return driver
-    outside = plan.q_start - controller.subspace.inverse_transform(driver.z_start)
-    return JointLineDriver(**vars(driver), outside=outside)
+    if isinstance(controller, JointLineController):
+        return replace(driver, arrival=schedule.reach)
+    return driver
 
 
 def controller_for(way: Way) -> GraspController:

@@ -11,7 +11,7 @@ from handsim.environments.asked import grasped
 from handsim.environments.entries import SPEED
 from handsim.environments.steering import TargetDriver, VelocityDriver, steered_driver
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.plan import schedule_for
+from handsim.grasping.plan import ramp, schedule_for
 from handsim.joints import LOWER, N_JOINTS, UPPER, clip_to_range
 from handsim.reproducible import total
 
@@ -50,7 +50,12 @@ def test_the_reach_goes_on_by_the_velocity_from_what_is_drawn(known, driver):
     np.testing.assert_allclose(following, drawn + DT * velocity)
     subspace = known.controller.subspace
     lead = 0.03 * velocity @ subspace.components_
-    np.testing.assert_allclose(targets, clip_to_range(subspace.inverse_transform(drawn) + lead))
+    start, arrival = known.plan.q_start, known.plan.arrive * schedule_for(known.task).reach
+    outside = start - subspace.inverse_transform(subspace.transform(start))
+    left = 1.0 - ramp(np.array([0.1, 0.1 + 1e-6]), 0.0, arrival)
+    fading = outside * (left[0] + 0.03 * (left[1] - left[0]) / 1e-6)
+    posture = subspace.inverse_transform(drawn) + lead + fading
+    np.testing.assert_allclose(targets, clip_to_range(posture), atol=1e-6)
 
 
 def test_the_targets_of_a_point_that_stays_are_the_same_array(known, driver):

@@ -19,11 +19,13 @@ from handsim.grasping.planning.preshapes import REST, preshape_for
 from handsim.grasping.planning.trial_variation import USUAL, TrialVariation, trial_variation
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import ScriptedDriver
+from handsim.grasping.rollout.glove import recorded_reach
 from handsim.grasping.rollout.record import Rollout
 from handsim.grasping.rollout.run import simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range
+from handsim.recordings.recording import Recording
 from handsim.tasks.task import Task
 from handsim.types import Array, Side
 
@@ -131,3 +133,14 @@ def demonstrate_on(
         plan.q_start, q_open, plan.q_goal, variation.reach, variation.peak_aperture_at
     )
     return simulate(scene, plan, driver, schedule=schedule, brief=brief)
+
+
+def demonstrated_reach(task: Task, offsets: DemonstratorOffsets | None = None) -> Recording | None:
+    """Return a demonstration as a glove records it for the built-in experiments.
+
+    Rest posture, timing and noise come from the task's number in Table I. A demonstration that
+    does not hold is none: None.
+    """
+    conditions, variation = Conditions(seed=task.number), trial_variation(task.number)
+    run = demonstrate(task, conditions, variation, offsets)
+    return recorded_reach(run, task) if run.outcome.success else None

@@ -52,6 +52,8 @@ _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
 
 
 _LOOP = (CORRECTION, FEELING, MOST_FELT)
+FROM_REST = ("outside the subspace", "fades until the palm is in place")
+"""How a person's hand leaves its posture at rest; a robot's begins within the subspace."""
 _APART = ("own_object", "mirrored", "place")
 """Fields of a task that are not in its digest: those of the object have one of their own, and plans
 are relative to the object, wherever that stands."""
@@ -124,15 +126,20 @@ def _usual_key(task: Task, grasp_object: GraspObject, conditions: Conditions) ->
     return key_of(Scene.build(task, conditions))
 
 
-def key_of(scene: JudgedScene) -> PlanKey:
-    """Return the key of plans for a nominal scene."""
+def key_of(scene: JudgedScene, beside: tuple[str, ...] = FROM_REST) -> PlanKey:
+    """Return the key of plans for a nominal scene.
+
+    ``beside`` is what counts beside the settings that are named in `_physics` and here.
+    """
     model, task = scene.model, scene.task
     return PlanKey(
         task=content_digest(task_content(task), LIMITS),
         object=content_digest(object_content(scene.object), _moved(model, "object")),
         hand=content_digest(_moved(model, "forearm"), _places(model, "forearm"), PASSING_PAIRS),
         schedule=content_digest(schedule_for(task)),
-        physics=content_digest(_physics(model), RATE, DataGlove(), SQUEEZE_DEG, GRIP, _LOOP),
+        physics=content_digest(
+            _physics(model), RATE, DataGlove(), SQUEEZE_DEG, GRIP, _LOOP, *beside
+        ),
     )
 
 

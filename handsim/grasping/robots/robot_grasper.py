@@ -147,7 +147,7 @@ def _usual_key(
 
 def key_of_robot(scene: RobotScene) -> PlanKey:
     """Return the key of plans for a nominal scene with a robot hand."""
-    key = key_of(scene)
+    key = key_of(scene, beside=())
     base = (CLEARANCE, RISES, "even")  # steps from reading to reading
     settings = (WIDER, OPENING_SCALE, CUTOFF, GRIP_SETTINGS, *base)
     return replace(key, physics=content_digest(key.physics, *settings))

@@ -1,6 +1,6 @@
 """What moves the person's hand that a robot hand follows: a learned controller, or a script."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Protocol
 
@@ -106,9 +106,14 @@ class LearnedLead:
         return self.people(task, conditions)
 
     def driver(self, scene: RobotScene, plan: GraspPlan, schedule: Schedule) -> Driver:
-        """Return the driver that follows the learned flow."""
+        """Return the driver that follows the learned flow, within the subspace from the first.
+
+        A robot hand begins where the first of these postures is mapped to.
+        """
         no_lead = np.zeros(N_JOINTS)
-        return learned_driver(self.controller, plan, no_lead, schedule, scene.task.object_name)
+        name = scene.task.object_name
+        led = learned_driver(self.controller, plan, no_lead, schedule, name)
+        return replace(led, outside=None)
 
     def refuses(self, plan: GraspPlan) -> bool:
         """Whether the destination is outside of what the controller knows."""

@@ -148,6 +148,11 @@ class LearnedDriver:
         joint by velocity times lead keeps it at that velocity.
     reach
         When the reach ends [s]; from then on the target is the destination.
+    outside : (22,) [rad]
+        What the posture at the start has beside its place in the subspace. It fades while the palm
+        comes in, since a hand that sprang to the subspace would open within a tenth of a second.
+    arrival
+        When the palm is in place, and that has faded [s].
     """
 
     controller: GraspController
@@ -157,6 +162,8 @@ class LearnedDriver:
     lead: Array
     reach: float
     name: str = "controller"
+    outside: Array | None = None
+    arrival: float = 0.0
 
     def start(self, n: int) -> Array:
         """Return the start of the planned movement, (n, n_components) [rad]."""
@@ -177,6 +184,8 @@ class LearnedDriver:
         lifted = (np.concatenate([velocity, z])[:, None] @ subspace.components_)[:, 0]
         mean, lead, lower, upper = self._as_rows
         targets = lifted[n:] + mean + lifted[:n] * lead
+        if self.outside is not None and time < self.arrival:
+            targets += self._left(time)
         return np.minimum(np.maximum(targets, lower), upper), z + dt * velocity
 
     def drawn(self, reference: Array, readings: Array) -> Array:
@@ -190,6 +199,14 @@ class LearnedDriver:
                 [[at + CORRECTION * (to - at) for at, to in zip(before, z, strict=True)]]
             )
         return reference + CORRECTION * (self.coordinates(readings) - reference)
+
+    def _left(self, time: float) -> Array:
+        """Return what is left of ``outside`` and the lead for its fading, (22,) [rad]."""
+        assert self.outside is not None
+        x = time / self.arrival  # minimum jerk, as `ramp`, in scalars
+        left = 1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+        rate = 30.0 * x**2 * (1.0 - x) ** 2 / self.arrival
+        return self.outside * (left - rate * self.lead)
 
     @cached_property
     def _as_rows(self) -> tuple[Array, ...]:
@@ -240,4 +257,31 @@ def learned_driver(
     """
     z_start, z_goal = controller.subspace.transform(plan.q_start), plan.goal_in(controller.subspace)
     timing = controller.timing(z_start, z_goal, schedule.reach, grasped)
-    return LearnedDriver(controller, z_start, z_goal, timing, lead, schedule.reach)
+    return timed_driver(controller, plan, timing, lead, schedule)
+
+
+def timed_driver(
+    controller: GraspController, plan: GraspPlan, timing: Timing, lead: Array, schedule: Schedule
+) -> LearnedDriver:
+    """Return the driver that moves the hand from a plan's start with velocities that are given.
+
+    Parameters
+    ----------
+    controller, plan
+    timing
+        The velocities.
+    lead : (22,) [s]
+    schedule
+    """
+    subspace = controller.subspace
+    z_start = subspace.transform(plan.q_start)
+    return LearnedDriver(
+        controller,
+        z_start,
+        plan.goal_in(subspace),
+        timing,
+        lead,
+        schedule.reach,
+        outside=plan.q_start - subspace.inverse_transform(z_start),
+        arrival=plan.arrive * schedule.reach,
+    )

@@ -18,6 +18,7 @@ from handsim.grasping.robots.robot_planner import RobotGrasps
 from handsim.grasping.robots.robot_scene import RobotScene
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
+from handsim.joints import clip_to_range
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND
 
@@ -76,6 +77,16 @@ def test_a_search_by_script_varies_all_but_the_destination() -> None:
     assert other.squeeze == pytest.approx(plan.squeeze + STEPS["squeeze"])
     assert other.arrive == pytest.approx(plan.arrive - 0.5 * STEPS["arrive"])
     assert other.grip == pytest.approx(plan.grip * np.exp(STEPS["grip"]))
+
+
+def test_a_controller_leads_a_robot_within_its_subspace_from_the_first(controller, plan, scene):
+    """A robot begins where its first posture is mapped to: nothing has to fade."""
+    lead = LearnedLead(ControllerGrasper(controller))
+    driver = lead.driver(scene, plan, schedule_for(scene.task))
+    start = driver.start(1)
+    rest = controller.subspace.inverse_transform(start)
+    targets, _ = driver.step(0.0, 0.01, start, rest)
+    np.testing.assert_allclose(targets, clip_to_range(rest), atol=np.deg2rad(0.01))
 
 
 def test_a_controller_refuses_what_it_cannot_lead_to(controller, plan) -> None:

@@ -8,7 +8,7 @@ import pytest
 from handsim.errors import InputError
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
-from handsim.grasping.plan import schedule_for
+from handsim.grasping.plan import ramp, schedule_for
 from handsim.grasping.planning.plan_store import plan_store
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.grasping.rollout.drivers import (
@@ -73,6 +73,7 @@ def driver(controller, plan, leads) -> LearnedDriver:
 def test_a_reference_starts_where_the_plan_starts_and_is_carried_by_the_velocity(driver):
     """A reading that agrees with the reference changes nothing about it."""
     z = driver.start(3)
+    driver = replace(driver, outside=None)
     np.testing.assert_array_equal(z, np.tile(driver.z_start, (3, 1)))
     subspace = driver.controller.subspace
     for time in (0.3, 0.6, 0.9):
@@ -84,6 +85,38 @@ def test_a_reference_starts_where_the_plan_starts_and_is_carried_by_the_velocity
         ahead = clip_to_range(reading + (velocity @ subspace.components_) * driver.lead)
         np.testing.assert_allclose(targets, ahead, atol=1e-12)
         z = after
+
+
+def test_a_hand_begins_where_it_rests_though_that_is_outside_the_subspace(driver, plan):
+    """It does not spring to the nearest posture that the components have, which is 19 deg away."""
+    resting = plan.q_start[None]
+    targets, _ = driver.step(0.0, DT, driver.start(1), resting)
+    np.testing.assert_allclose(targets[0], plan.q_start, atol=np.deg2rad(0.5))
+    sprung, _ = replace(driver, outside=None).step(0.0, DT, driver.start(1), resting)
+    assert np.rad2deg(np.abs(sprung[0] - plan.q_start).max()) > 15.0
+
+
+def test_what_is_outside_fades_with_minimum_jerk_until_the_palm_is_in_place(driver, plan):
+    assert driver.arrival == plan.arrive * driver.reach
+    within, z, reading = replace(driver, outside=None), driver.start(2), plan.q_start[None][[0, 0]]
+    narrow = [plan.q_start > LOWER + 0.05, plan.q_start < UPPER - 0.05]
+    free = np.logical_and.reduce(narrow)  # what no range cuts off
+    assert free.sum() > 15
+    outside, lead = driver.outside[free], driver.lead[free]
+
+    def left(time):
+        away = driver.step(time, DT, z, reading)[0] - within.step(time, DT, z, reading)[0]
+        return away[:, free]
+
+    half = driver.arrival / 2
+    fading = 1.875 / driver.arrival  # the greatest rate of minimum jerk
+    np.testing.assert_allclose(left(half), [outside * (0.5 - fading * lead)] * 2, atol=1e-9)
+    early = outside * (1 - ramp(0.2 * driver.arrival, 0.0, driver.arrival))
+    late = left(0.2 * driver.arrival)[0] - early
+    rate = 30 * 0.2**2 * 0.8**2 / driver.arrival
+    np.testing.assert_allclose(late, -outside * rate * lead, atol=1e-9)
+    for time in (driver.arrival, driver.arrival + DT, driver.reach - DT):
+        np.testing.assert_array_equal(left(time), 0.0)
 
 
 def test_a_reference_is_drawn_to_the_reading_by_a_fiftieth(driver):
@@ -142,8 +175,11 @@ def test_targets_stay_within_the_ranges_of_motion(driver, far):
     z = driver.z_goal[None] + far
     q = subspace.inverse_transform(z)
     assert ((q < LOWER) | (q > UPPER)).any()
-    targets, _ = driver.step(0.5, DT, z, q)
-    assert ((targets >= LOWER) & (targets <= UPPER)).all()
+    outside = replace(driver, outside=np.full(N_JOINTS, far))
+    for each in (driver, outside):
+        targets, _ = each.step(0.5, DT, z, q)
+        assert ((targets >= LOWER) & (targets <= UPPER)).all()
+    targets, _ = replace(driver, outside=None).step(0.5, DT, z, q)
     lead = driver.timing.velocities(z, 0.5) @ subspace.components_ * driver.lead
     np.testing.assert_allclose(targets, clip_to_range(q + lead), atol=1e-12)
 
