@@ -31,4 +31,4 @@ def test_a_residual_is_trained_in_at_most_sixty_lines(script, monkeypatch):
 
 def test_the_controller_is_evaluated_over_tasks_and_seeds(script):
     example = script("notebooks/examples/evaluate_controller.py")
-    assert example.verdicts("mouse-left-click", 1) == [(0, "held"), (1, "held")]
+    assert example.verdicts("cup-top-move", 1) == [(0, "held"), (1, "held")]
