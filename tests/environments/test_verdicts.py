@@ -67,7 +67,9 @@ def test_a_failure_has_the_reason_of_handsim_grasp(make, hard):
     assert (info["is_success"], info["reason"]) == (outcome.success, outcome.reason or "")
 
 
-@pytest.mark.parametrize(("task", "base"), [("pen-write", "arm"), ("mouse-left-click", "free")])
+@pytest.mark.parametrize(
+    ("task", "base"), [("pen-write", "arm"), ("mouse-left-click", "arm"), ("stapler-use", "free")]
+)
 def test_joint_targets_played_again_are_the_same_grasp(make, task, base):
     """Nothing is added to them: no grip, no click of the task's own."""
     plan = make(task=task).unwrapped.grasped.plan  # none is kept for a free base
