@@ -153,7 +153,7 @@ def test_an_own_thing_is_grasped_by_the_grasp_that_a_person_found(
 ):
     monkeypatch.setattr(own_object, "MOST_TRIED", 3)
     monkeypatch.setattr(own_object, "N_COMPARED", 1)
-    trimesh.creation.box((0.055, 0.055, 0.055)).export(tmp_path / "block.stl")
+    trimesh.creation.box((0.05, 0.05, 0.05)).export(tmp_path / "block.stl")
     own = tmp_path / "controller.npz"
     shutil.copy(CONTROLLER, own)
     asked = ("grasp", own, "--hand", hand, "--object", tmp_path / "block.stl", "--mass", "0.1")
