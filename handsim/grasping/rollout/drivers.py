@@ -9,6 +9,7 @@ import numpy as np
 from handsim.grasping.plan import GraspPlan, Schedule, ramp
 from handsim.joints import LOWER, UPPER, clip_to_range
 from handsim.learning.controller import GraspController
+from handsim.learning.movement.progress import ProgressLaw
 from handsim.learning.movement.timing import Timing
 from handsim.reproducible import totals_of
 from handsim.types import Array
@@ -203,10 +204,13 @@ class LearnedDriver:
     def _left(self, time: float) -> Array:
         """Return what is left of ``outside`` and the lead for its fading, (22,) [rad]."""
         assert self.outside is not None
-        x = time / self.arrival  # minimum jerk, as `ramp`, in scalars
-        left = 1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-        rate = 30.0 * x**2 * (1.0 - x) ** 2 / self.arrival
+        covered, rate = self._fading.at(time)
+        left = 1.0 - covered
         return self.outside * (left - rate * self.lead)
+
+    @cached_property
+    def _fading(self) -> ProgressLaw:
+        return ProgressLaw(self.arrival)
 
     @cached_property
     def _as_rows(self) -> tuple[Array, ...]:
