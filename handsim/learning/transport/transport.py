@@ -8,10 +8,13 @@ obstacles of the same beta (`walls`). Progress over time is the mean of the reco
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from handsim.digests import content_digest
 from handsim.errors import InputError
+from handsim.learning._stored_navigation import content_of_navigation
 from handsim.learning.direction.learner import DirectionLearner
 from handsim.learning.movement.progress import ProgressLaw
 from handsim.learning.transport.reach_frame import ReachFrame, rise_of
@@ -22,7 +25,8 @@ from handsim.navigation.function import NavigationFunction
 from handsim.navigation.paths import arc_length, at_arc_length
 from handsim.types import Array, Progress, Side
 
-_N_CONTROL = 16  # of the time law
+N_CONTROL = 16
+"""Control points of a time law."""
 _N_PROGRESS = 51
 _STEP = float(np.deg2rad(1.0))
 _GOAL = np.zeros(3)
@@ -36,6 +40,8 @@ made."""
 @dataclass(frozen=True, eq=False)
 class Transport:
     """What was learned of a person's reaches.
+
+    Two are equal, and have the same hash, if they do the same: if their digests agree.
 
     Attributes
     ----------
@@ -65,7 +71,26 @@ class Transport:
 
     def for_side(self, side: Side) -> "Transport":
         """Return the transport of a right or a left hand."""
-        return replace(self, mirrored=side == "left")
+        return self if self.mirrored == (side == "left") else self._of_other_side
+
+    @cached_property
+    def _of_other_side(self) -> "Transport":
+        return replace(self, mirrored=not self.mirrored)
+
+    @cached_property
+    def digest(self) -> str:
+        """Digits that are the same for transports that do the same."""
+        content = content_of_navigation(self.navigation)
+        law = (self.progress, self.duration)
+        return content_digest(*content, self.rises, *law, self.mirrored)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both do the same."""
+        return isinstance(other, Transport) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        """Hash what the transport does."""
+        return hash(self.digest)
 
     def reach(
         self,
@@ -188,14 +213,25 @@ def learn_transport(
     inside = [SCALE * ReachFrame.of(path[0], path[-1]).inside(path) for path in paths]
     learner = DirectionLearner(certified=True, seed=seed).fit(inside, progress=progress)
     rises = [rise_of(path) for path in paths]
-    return Transport(
+    return certified_transport(
         learner.navigation_,
-        certify(learner.navigation_, _GOAL[None]),
         (min(rises), max(rises)),
         _mean_progress(paths, times),
         float(np.median([time[-1] - time[0] for time in times])),
         len(paths),
     )
+
+
+def certified_transport(
+    navigation: NavigationFunction,
+    rises: tuple[float, float],
+    progress: Array,
+    duration: float,
+    n_reaches: int,
+) -> Transport:
+    """Return a transport with the proof that every start arrives, where there is one."""
+    certificate = certify(navigation, _GOAL[None])
+    return Transport(navigation, certificate, rises, progress, duration, n_reaches)
 
 
 def _mean_progress(paths: Sequence[Array], times: Sequence[Array]) -> Array:
@@ -208,4 +244,4 @@ def _mean_progress(paths: Sequence[Array], times: Sequence[Array]) -> Array:
         covered.append(np.interp(steps, share, length / length[-1]))
     mean = np.maximum.accumulate(np.mean(covered, axis=0))
     mean[0], mean[-1] = 0.0, 1.0
-    return np.interp(np.linspace(0.0, 1.0, _N_CONTROL), steps, mean)
+    return np.interp(np.linspace(0.0, 1.0, N_CONTROL), steps, mean)
