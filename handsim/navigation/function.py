@@ -12,10 +12,11 @@ so that the flow points along v = gamma_d grad(ln beta) / k - grad gamma_d.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from math import exp, inf, log
 from struct import Struct
+from typing import Any
 
 import numpy as np
 
@@ -88,6 +89,10 @@ class NavigationFunction:
     def __post_init__(self) -> None:
         """Check the exponent."""
         check_exponent(self.k)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is cached: functions within functions cannot be pickled."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
     def n_dimensions(self) -> int:

@@ -1,5 +1,6 @@
 """Navigation functions: closed forms, finite differences, closure, evaluators."""
 
+import pickle
 import tracemalloc
 from collections.abc import Callable
 
@@ -249,3 +250,14 @@ def test_the_metric_of_one_destination_is_that_of_many(n: int) -> None:
         found = of_one(goal.tolist())
         np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
         assert of_one(goal.tolist()) is found  # the latest is kept
+
+
+@pytest.mark.parametrize("curved", [True, False])
+def test_it_can_be_pickled_after_it_was_evaluated(curved: bool) -> None:
+    """Processes hand controllers and plans to each other at any time."""
+    function = NavigationFunction(obstacle("exponential"), 4.0, metric(3) if curved else None)
+    z, direction, again = np.array([0.1, 0.9, 0.4]), np.empty(3), np.empty(3)
+    function.evaluator().direction(z, GOAL, direction)
+    copy = pickle.loads(pickle.dumps(function))
+    copy.evaluator().direction(z, GOAL, again)
+    np.testing.assert_array_equal(again, direction)
