@@ -16,6 +16,8 @@ With what was learned beside it nothing is proved then, but that no path goes in
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from math import log
 from typing import Protocol
 
 import numpy as np
@@ -41,6 +43,10 @@ class Wall(Protocol):
 
     def distance(self, z: Array) -> tuple[Array, Array, Array]:
         """Return distances (N,) of places (N, 3), their gradients and Hessians."""
+        ...
+
+    def near(self, z: list[float]) -> tuple[float, list[float]]:
+        """Return the distance of one place and its gradient, in numbers: for loops."""
         ...
 
     def moved(self, axes: Array, origin: Array, unit: float) -> "Wall":
@@ -74,6 +80,15 @@ class Plane:
         n = len(z)
         return (z - self.point) @ self.normal, np.tile(self.normal, (n, 1)), np.zeros((n, 3, 3))
 
+    @cached_property
+    def _numbers(self) -> tuple[list[float], list[float]]:
+        return self.point.tolist(), self.normal.tolist()
+
+    def near(self, z: list[float]) -> tuple[float, list[float]]:
+        """As `Wall.near`."""
+        point, normal = self._numbers
+        return sum([(a - b) * n for a, b, n in zip(z, point, normal, strict=True)]), normal
+
     def moved(self, axes: Array, origin: Array, unit: float) -> "Plane":
         """As `Wall.moved`."""
         return Plane((self.point - origin) @ axes / unit, self.normal @ axes, self.width / unit)
@@ -106,6 +121,12 @@ class Ball:
         out = away / far[:, None]
         across = np.eye(3) - out[:, :, None] * out[:, None, :]
         return far - self.radius, out, across / far[:, None, None]
+
+    def near(self, z: list[float]) -> tuple[float, list[float]]:
+        """As `Wall.near`."""
+        away = [a - b for a, b in zip(z, self.centre.tolist(), strict=True)]
+        far = max(sum([a * a for a in away]) ** 0.5, _TINY_DEPTH)
+        return far - self.radius, [a / far for a in away]
 
     def moved(self, axes: Array, origin: Array, unit: float) -> "Ball":
         """As `Wall.moved`."""
@@ -144,9 +165,20 @@ class WalledObstacle:
     def evaluator(self, k: float) -> LogEvaluator:
         """Return a function of one point as 3 floats: ln beta, then its gradient."""
 
+        learned = self.learned.evaluator(k)
+
         def log_jet(z: list[float]) -> list[float]:
-            value, grad, _ = self.log_jets(np.array([z]), k, 1)
-            return [float(value[0]), *grad[0].tolist()]
+            parts = learned(z)
+            for wall in self.walls:
+                distance, slope = wall.near(z)
+                if distance < wall.width:
+                    t = max(distance / wall.width, _TINY_DEPTH)
+                    b = t * (3 - 3 * t + t * t)
+                    first = 3 * (1 - t) ** 2 / (b * wall.width)
+                    parts[0] += log(b)
+                    for i, part in enumerate(slope):
+                        parts[i + 1] += first * part
+            return parts
 
         return log_jet
 

@@ -1,5 +1,6 @@
 """A transport that was kept does what it did, and the one that is shipped is what is learned."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -44,6 +45,14 @@ def test_what_is_kept_does_the_same_to_the_bit(learned: Transport, tmp_path) -> 
 def test_the_shipped_one_is_learned_from_the_shipped_reaches(learned: Transport) -> None:
     assert shipped_transport() == learned
     assert shipped_transport().n_reaches == 20
+
+
+def test_it_can_be_handed_to_another_process_after_a_reach(learned: Transport) -> None:
+    for each in (learned, learned.for_side("left")):
+        way = each.reach(START, GOAL).path.points
+        again = pickle.loads(pickle.dumps(each))
+        assert again == each
+        np.testing.assert_array_equal(again.reach(START, GOAL).path.points, way)
 
 
 def test_that_of_a_left_hand_is_the_mirror_image(learned: Transport) -> None:

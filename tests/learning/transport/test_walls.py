@@ -32,6 +32,20 @@ def test_derivatives_are_those_of_differences(learned) -> None:
     assert obstacle.evaluator(4.0)(z[0].tolist())[1:] == pytest.approx(grad[0].tolist())
 
 
+@pytest.mark.parametrize("walls", [(TABLE,), (BALL,), (TABLE, BALL), ()])
+def test_one_point_at_a_time_says_the_same(learned, walls) -> None:
+    obstacle = WalledObstacle(learned, walls)
+    z = np.random.default_rng(3).uniform(-0.8, 0.8, (200, 3)) + BALL.centre
+    z = np.concatenate([z, [BALL.centre], [BALL.centre + 1e-9]])
+    value, grad, _ = obstacle.log_jets(z, 4.0, 1)
+    one = np.array([obstacle.evaluator(4.0)(each) for each in z.tolist()])
+    np.testing.assert_allclose(one[:, 0], value, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(one[:, 1:], grad, rtol=1e-9, atol=1e-9)
+    if walls:
+        apart = np.abs(value - learned.log_jets(z, 4.0, 0)[0]) > 0.01
+        assert 10 < apart.sum() < 190, "in the layers and beyond them"
+
+
 def test_beyond_the_layers_nothing_has_changed(learned) -> None:
     z = np.array([[-1.0, 1.0, 0.0], [0.5, 0.0, 1.0]])
     plain, walled = (o.log_jets(z, 4.0, 1)[1] for o in (learned, WalledObstacle(learned, (TABLE,))))
