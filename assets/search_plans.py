@@ -26,6 +26,7 @@ from handsim.grasping.planning.planner import SEEDS, plan_grasp, run_plan
 from handsim.grasping.pool import processes
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.stored import shipped_transport
 from handsim.tasks.table_one import task_by_name
 
 FIRST_SEED = 100
@@ -43,7 +44,8 @@ def n_held(controller: GraspController, name: str, plan: GraspPlan) -> int:
     """Return in how many of the runs in which plans are compared one holds."""
     task = task_by_name(name)
     scenes = [Scene.build(task, each) for each in COMPARED]
-    return sum(run_plan(controller, scene, plan).outcome.success for scene in scenes)
+    carried = replace(plan, transport=shipped_transport())
+    return sum(run_plan(controller, scene, carried).outcome.success for scene in scenes)
 
 
 def searched(

@@ -98,7 +98,12 @@ def archive(path: Path) -> tuple[dict[str, Any], set[str]]:
 
 
 @pytest.mark.parametrize(
-    "title, file", [("Controllers", "controller.npz"), ("Baselines", "baseline.npz")]
+    "title, file",
+    [
+        ("Controllers", "controller.npz"),
+        ("Transports", "people/transport.npz"),
+        ("Baselines", "baseline.npz"),
+    ],
 )
 def test_every_field_of_an_archive_is_described(title: str, file: str) -> None:
     header, arrays = archive(handsim.data_folder("assets") / file)

@@ -52,7 +52,7 @@ def recording_inputs(recordings: RecordingSet) -> dict[str, str]:
 
 
 def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
-    """Hash the compiled scene, the task, its schedule, the plan and the glove of a grasp.
+    """Hash the compiled scene, the task, its schedule, plan, transport and glove of a grasp.
 
     The conditions are given as values; they are the same for all grasps.
     """
@@ -64,6 +64,7 @@ def grasp_inputs(scene: Scene, plan: GraspPlan) -> dict[str, str]:
     hashes[f"task/{name}"] = content_digest(task_content(scene.task))
     hashes[f"schedule/{name}"] = content_digest(schedule_for(scene.task))
     hashes[f"plan/{name}"] = content_digest(plan.stored)
+    hashes[f"transport/{name}"] = plan.transport.digest if plan.transport else "straight"
     hashes[f"glove/{name}"] = content_digest(DataGlove())
     conditions = scene.conditions.as_dict()
     return hashes | {f"condition/{field}": _said(value) for field, value in conditions.items()}

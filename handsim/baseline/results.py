@@ -1,7 +1,7 @@
 """Run the cases of a baseline: movements of a controller in its subspace, grasps in physics."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.learn import learn_like
+from handsim.learning.transport.stored import shipped_transport
 from handsim.recordings.recording import RecordingSet
 from handsim.tasks.table_one import task_by_name
 from handsim.types import Array, Progress
@@ -125,7 +126,8 @@ def run_cases(
         again = learn_like(controller, recordings)
         for name in cases.starts:
             traces[f"relearned/{name}"] = _move(again, cases, name)
-    for i, (name, plan) in enumerate(cases.plans.items()):
+    for i, (name, known) in enumerate(cases.plans.items()):
+        plan = replace(known, transport=shipped_transport())  # which no file of plans holds
         scene = Scene.build(task_by_name(name), conditions)
         inputs |= grasp_inputs(scene, plan)
         traces[f"grasp/{name}"] = _grasp(controller, scene, plan)

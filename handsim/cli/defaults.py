@@ -109,8 +109,8 @@ def plan_folder(controller: Path | None) -> Path:
     return controller.with_suffix(".plans")
 
 
-PEOPLE = "people"
-"""Name of the recorded reaches that come with the package."""
+PEOPLE, STRAIGHT = "people", "straight"
+"""Names of the transport that comes with the package, and of straight lines."""
 
 
 @dataclass(frozen=True)
@@ -129,35 +129,42 @@ class PalmTransport:
 
     @classmethod
     def of(cls, name: str | None) -> "PalmTransport":
-        """Learn how palms come to things from a folder of recordings, or from those of `PEOPLE`.
+        """Return the transport of a name, or learn it from a folder of recordings.
 
-        What it was learned from is said on standard error.
+        None is `PEOPLE`. What it is learned from is said on standard error.
 
         Raises
         ------
         InputError
             If too few of the recordings hold a reach of the palm.
         """
-        from handsim.cli.console import note
-        from handsim.cli.waiting import fraction_done
-        from handsim.learning.transport.recorded import recorded_transport
+        from handsim.learning.transport.stored import shipped_transport
 
-        if name is None:
-            return cls()
-        folder = data_folder("assets") / "people" / "pillow" if name == PEOPLE else Path(name)
-        recordings = recordings_or_built_in(folder)
-        with fraction_done("learning the transport") as progress:
-            learned = recorded_transport(recordings, progress=progress)
+        if name == STRAIGHT:
+            return cls(None, {"transport": None})
+        asked = name or PEOPLE
+        learned = shipped_transport() if asked == PEOPLE else _learned_from(Path(asked))
         certified = learned.certificate.certified
-        proved = "proven to arrive" if certified else "NOT proven to arrive"
-        reaches = number_of(learned.n_reaches, "recorded reach", "recorded reaches")
-        note(f"the palm comes in as in {reaches}, {proved}")
-        of = {"recordings": name, "n_reaches": learned.n_reaches, "certified": certified}
+        of = {"recordings": asked, "n_reaches": learned.n_reaches, "certified": certified}
         return cls(learned, {"transport": of})
 
     def by(self, grasper: "ControllerGrasper") -> "ControllerGrasper":
         """Return a grasper whose palm comes in so."""
         return replace(grasper, transport=self.learned)
+
+
+def _learned_from(folder: Path) -> "Transport":
+    """Learn how palms come to things from a folder of recordings, and say what was learned."""
+    from handsim.cli.console import note
+    from handsim.cli.waiting import fraction_done
+    from handsim.learning.transport.recorded import recorded_transport
+
+    with fraction_done("learning the transport") as progress:
+        learned = recorded_transport(recordings_or_built_in(folder), progress=progress)
+    proved = "proven to arrive" if learned.certificate.certified else "NOT proven to arrive"
+    reaches = number_of(learned.n_reaches, "recorded reach", "recorded reaches")
+    note(f"the palm comes in as in {reaches}, {proved}")
+    return learned
 
 
 def planning_grasper(

@@ -114,8 +114,8 @@ def grasp(
         str | None,
         typer.Option(
             metavar="FOLDER",
-            help="Let the palm come in as in recordings of reaches, or as in those that are "
-            "shipped (people); straight if left out.",
+            help="Recordings of reaches, as in which the palm comes in; or straight. If left out, "
+            "as in those of a person that are shipped (people).",
         ),
     ] = None,
     hard: Annotated[
@@ -141,7 +141,7 @@ def grasp(
     given: dict[str, object] = {"--up": up, "--scale": scale, "--mass": mass, "--pieces": pieces}
     _check_what(task, own, given, leave_out, replay=replay)
     check_gl()
-    _check_transport(transport, controller, hand)
+    learned_reach = _has_learned_reach(transport, controller, hand)
     if output is not None:
         writable_folder(output)
 
@@ -155,7 +155,7 @@ def grasp(
     say_base(conditions.base)
     of_person = conditions if robot is None else person_beside(robot, conditions)
     said: dict[str, Any] = {} if leave_out is None else {"left_out": leave_out}
-    carried = PalmTransport.of(transport)
+    carried = PalmTransport.of(transport) if learned_reach else PalmTransport()
     if own is None:
         tasks = asked_tasks(task or "", leave_out)
         grasper = _grasper(controller, of_person, leave_out, recordings, carried, replay=replay)
@@ -260,14 +260,18 @@ def _check_what(
         )
 
 
-def _check_transport(name: str | None, controller: str | None, hand: Path | None) -> None:
-    """Check that a transport is asked for where a learned one may carry the hand."""
+def _has_learned_reach(name: str | None, controller: str | None, hand: Path | None) -> bool:
+    """Return whether a learned transport may carry the hand; it must not be asked for elsewhere."""
+    from handsim.cli.defaults import STRAIGHT
     from handsim.errors import InputError
     from handsim.grasping.sweep.spec import DEMONSTRATOR
 
-    if name is not None and (controller == DEMONSTRATOR or hand is not None):
+    if controller != DEMONSTRATOR and hand is None:
+        return True
+    if name not in (None, STRAIGHT):
         goes = "the demonstrator's palm goes" if hand is None else "a robot's base comes in"
         raise InputError(f"{goes} straight; drop --transport")
+    return False
 
 
 def _planning(

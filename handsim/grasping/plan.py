@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -148,6 +148,13 @@ class GraspPlan:
         return subspace.transform(self.q_goal) if self.z_goal is None else self.z_goal
 
 
+@lru_cache(maxsize=64)
+def _reach_of(transport: "Transport", start: bytes, goal: bytes, duration: float) -> "PalmReach":
+    """Return a reach from start to goal, (3,) [m] each: a plan's runs have it in common."""
+    ends = np.frombuffer(start), np.frombuffer(goal)
+    return transport.reach(*ends, (TABLE,), duration)
+
+
 @dataclass(frozen=True)
 class PalmPath:
     """Commanded movement of the palm through a whole task.
@@ -186,11 +193,11 @@ class PalmPath:
         assert self.plan.transport is not None
         goal = (self.object_pose @ self.plan.palm).pos
         start = goal + self.object_pose.rotation.apply(self.plan.retreat)
-        reach = self.plan.transport.reach(start, goal, (TABLE,), self._duration)
+        reach = _reach_of(self.plan.transport, start.tobytes(), goal.tobytes(), self._duration)
         if not reach.path.arrived:
             raise InputError(
                 f"the learned transport does not bring the palm to {self.task.name} "
-                f"({reach.path.reason}); leave it out"
+                f"({reach.path.reason}); let it go straight"
             )
         return reach
 

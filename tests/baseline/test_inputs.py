@@ -16,6 +16,7 @@ from handsim.baseline.scene_arrays import GROUPS, LEFT_OUT, OTHER, group_of, is_
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.rollout import glove
 from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.learning.transport.stored import shipped_transport
 from handsim.navigation.bspline import TensorBSpline
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND
@@ -187,6 +188,16 @@ def test_every_field_of_the_plan_that_is_stored_is_an_input(scene, plans):
         )  # fmt: skip
         after = grasp_inputs(scene, replace(plan, **{name: other}))
         assert changed(before, after) == {"plan"}, name
+
+
+def test_how_the_palm_comes_in_is_an_input(scene, plans):
+    (plan,) = plans.values()
+    usual = replace(plan, transport=shipped_transport())
+    before, after = (grasp_inputs(scene, replace(plan, transport=None)), grasp_inputs(scene, usual))
+    assert changed(before, after) == {"transport"}
+    assert before[f"transport/{scene.task.name}"] == "straight"
+    faster = replace(usual, transport=replace(shipped_transport(), progress=np.ones(16)))
+    assert changed(after, grasp_inputs(scene, faster)) == {"transport"}
 
 
 def test_task_schedule_and_glove_are_inputs(scene, plans, monkeypatch):

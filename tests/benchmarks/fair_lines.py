@@ -68,7 +68,7 @@ def driver_of(controller, plan, lead, schedule, grasped=None) -> LearnedDriver:
     """Return a controller's driver as `learned_driver` does; lines in joints end as one."""
     driver = learned_driver(controller, plan, lead, schedule, grasped)
     if isinstance(controller, JointLineController):
-        return replace(driver, arrival=schedule.reach)
+        return replace(driver, widest_at=schedule.reach)
     return driver
 
 

@@ -33,7 +33,7 @@ PERTURBED = range(101, 121)
 HARD = range(301, 306)
 SETS = ("nominal", "perturbed", *get_args(Hard))
 
-STRAIGHT = PalmTransport()
+USUAL = PalmTransport.of(None)
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def run(
     n_jobs: int,
     usual: Conditions,
     sets: Sequence[str] = SETS,
-    transport: PalmTransport = STRAIGHT,
+    transport: PalmTransport = USUAL,
 ) -> list[Trial]:
     """Make all runs of a grasper in some of the sets."""
     grasper = grasper_for(name, usual, transport)

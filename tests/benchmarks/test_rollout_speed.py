@@ -10,7 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import process_time
 
 import mujoco
@@ -32,6 +32,7 @@ from handsim.grasping.rollout.run import simulate
 from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.stored import shipped_transport
 from handsim.tasks.table_one import task_by_name
 
 pytestmark = pytest.mark.slow
@@ -89,6 +90,7 @@ def set_up(controller: GraspController, name: str) -> Setting:
     plan = store.read().get(name)
     if plan is None:  # as while the plans are made anew
         plan = replayed_plan(controller, scene, HandModel.from_spec(build_hand()))
+    plan = replace(plan, transport=shipped_transport())
     driver = learned_driver(controller, plan, scene.lead, schedule_for(scene.task))
     run = simulate(scene, plan, driver)
     return Setting(name, scene, plan, driver, run, copy(scene.hand.model))

@@ -98,6 +98,27 @@ def test_a_hand_that_flies_is_said_to_fly(run, tmp_path):
     assert "--base" in refused.err
 
 
+def test_the_palm_comes_in_as_in_the_reaches_that_are_shipped(run, tmp_path):
+    asked = ("grasp", "--task", "cube-raise", "--json", "-o", tmp_path)
+    shipped = {"recordings": "people", "n_reaches": 20, "certified": True}
+    assert run(*asked).json()["transport"] == shipped
+    way = read_rollout(tmp_path / "cube-raise.npz").qpos
+    assert run(*asked, "--transport", "people").json()["transport"] == shipped
+    np.testing.assert_array_equal(read_rollout(tmp_path / "cube-raise.npz").qpos, way)
+    assert run(*asked, "--transport", "straight").json()["transport"] is None
+    assert np.abs(read_rollout(tmp_path / "cube-raise.npz").qpos - way).max() > 0.002
+
+
+def test_a_script_comes_in_straight(run):
+    asked = ("grasp", "demonstrator", "--task", "cube-raise", "--json")
+    plain = run(*asked).json()
+    assert "transport" not in plain
+    assert run(*asked, "--transport", "straight").json() == plain
+    refused = run(*asked, "--transport", "people")
+    assert (refused.code, refused.err.count("\n")) == (2, 1)
+    assert "the demonstrator's palm goes straight; drop --transport" in refused.err
+
+
 def test_trials_are_made_hard_in_one_thing(run, tmp_path):
     told = run("grasp", "demonstrator", "--task", "cube-raise", "--trials", "1",
                "--hard", "friction", "--seed", "4", "-o", tmp_path)  # fmt: skip

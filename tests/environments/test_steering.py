@@ -13,6 +13,7 @@ from handsim.environments.steering import TargetDriver, VelocityDriver, steered_
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import ramp, schedule_for
 from handsim.joints import LOWER, N_JOINTS, UPPER, clip_to_range
+from handsim.learning.transport.coupling import WIDEST_AT
 from handsim.reproducible import total
 
 DT = 0.01
@@ -50,9 +51,10 @@ def test_the_reach_goes_on_by_the_velocity_from_what_is_drawn(known, driver):
     np.testing.assert_allclose(following, drawn + DT * velocity)
     subspace = known.controller.subspace
     lead = 0.03 * velocity @ subspace.components_
-    start, arrival = known.plan.q_start, known.plan.arrive * schedule_for(known.task).reach
+    start, plan = known.plan.q_start, known.plan
+    widest_at = WIDEST_AT * plan.arrive * schedule_for(known.task).reach
     outside = start - subspace.inverse_transform(subspace.transform(start))
-    left = 1.0 - ramp(np.array([0.1, 0.1 + 1e-6]), 0.0, arrival)
+    left = 1.0 - ramp(np.array([0.1, 0.1 + 1e-6]), 0.0, widest_at)
     fading = outside * (left[0] + 0.03 * (left[1] - left[0]) / 1e-6)
     posture = subspace.inverse_transform(drawn) + lead + fading
     np.testing.assert_allclose(targets, clip_to_range(posture), atol=1e-6)

@@ -13,6 +13,7 @@ from handsim.grasping.planning.grasper import ControllerGrasper
 from handsim.grasping.planning.plan_store import shipped_plans
 from handsim.grasping.rollout.commands import Commands, expected_path
 from handsim.grasping.rollout.compiled_scene import Scene
+from handsim.hand.kinematics import Kinematics
 from handsim.learning.controller import GraspController
 from handsim.learning.transport.recorded import recorded_transport
 from handsim.navigation.flow import FlowPath
@@ -69,19 +70,34 @@ def test_it_comes_in_as_the_transport_says_with_the_table_kept_off(plans, transp
     assert made.law.duration == pytest.approx(plan.arrive * 1.2)
 
 
+def test_runs_by_one_plan_have_its_reach_in_common(plans, transport, monkeypatch):
+    plan = replace(plans[TASK.name], transport=replace(transport, duration=1.01))
+    asked, reach = [], type(transport).reach
+    counted = lambda *given: asked.append(given) or reach(*given)  # noqa: E731
+    monkeypatch.setattr(type(transport), "reach", counted)
+    for same in (plan, replace(plan, transport=replace(transport, duration=1.01))):
+        expected_path(same, TASK, schedule_for(TASK)).poses(np.zeros(1))
+    assert len(asked) == 1
+    later = replace(plan, arrive=0.9 * plan.arrive)
+    expected_path(later, TASK, schedule_for(TASK)).poses(np.zeros(1))
+    assert len(asked) == 2
+
+
 def test_a_flow_that_does_not_arrive_is_refused(plans, transport, monkeypatch):
-    plan = replace(plans[TASK.name], transport=transport)
+    plan = replace(plans[TASK.name], transport=replace(transport, duration=1.02))
     path = expected_path(plan, TASK, schedule_for(TASK))
     stuck = replace(path.learned_reach, path=FlowPath(np.zeros((2, 3)), False, "a minimum"))
     monkeypatch.setattr(type(transport), "reach", lambda *_, **__: stuck)
-    again = expected_path(plan, TASK, schedule_for(TASK))
-    with pytest.raises(InputError, match=r"palm to tall-glass-side-move \(a minimum\); leave it"):
+    other = replace(plan, transport=replace(transport, duration=1.03))
+    again = expected_path(other, TASK, schedule_for(TASK))
+    with pytest.raises(InputError, match=r"palm to tall-glass-side-move \(a minimum\); let it go"):
         again.poses(np.zeros(1))
 
 
 def test_a_grasper_carries_every_plan_so_for_its_side(controller, plans, transport):
     shared = (shipped_plans(controller.digest, Conditions()),)
-    grasper = ControllerGrasper(controller, shared=shared, transport=transport)
+    grasper = ControllerGrasper(controller, shared=shared)
+    assert grasper.transport == transport
     scene = Scene.build(TASK, Conditions())
     assert grasper.plan_for(TASK, scene).transport.n_reaches == 20
     assert not grasper.plan_for(TASK, scene).transport.mirrored
@@ -94,11 +110,28 @@ def test_a_grasper_carries_every_plan_so_for_its_side(controller, plans, transpo
     assert replace(grasper, transport=None).plan_for(TASK, scene).transport is None
 
 
+@pytest.mark.parametrize("name", ["tall-glass-top-move", "cup-top-move", "cup-side-move"])
+def test_the_hand_is_widest_at_about_two_thirds_of_the_transport(controller, name):
+    """It opens to the posture that the subspace has for a start while the palm comes in."""
+    task, shared = task_by_name(name), (shipped_plans(controller.digest, Conditions()),)
+    grasper = ControllerGrasper(controller, shared=shared)
+    run = grasper(task, Conditions(seed=5001))
+    plan = grasper.plan_for(task, Scene.build(task, Conditions()))
+    coming = run.time <= plan.arrive * 1.2
+    hand = Kinematics()
+    tips = hand.points(hand.frames(run.reading[coming]), hand.fingertips)
+    aperture = np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1)
+    assert aperture.max() > aperture[0] + 0.015
+    assert 0.55 < run.time[aperture.argmax()] / (plan.arrive * 1.2) < 0.85
+    assert np.abs(np.diff(aperture)).max() < 0.006, "at a reading: it does not spring"
+
+
 @pytest.mark.ci
-def test_the_glass_is_held(controller, transport):
+def test_the_glass_is_held(controller):
     shared = (shipped_plans(controller.digest, Conditions()),)
-    straight = ControllerGrasper(controller, shared=shared)
-    run = replace(straight, transport=transport)(TASK, Conditions())
+    usual = ControllerGrasper(controller, shared=shared)
+    straight = replace(usual, transport=None)
+    run = usual(TASK, Conditions())
     assert run.outcome.success
     other = straight(TASK, Conditions())
     assert np.abs(run.qpos - other.qpos).max() > 0.002

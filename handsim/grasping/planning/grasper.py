@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.plan import GraspPlan
@@ -18,12 +18,11 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.learning.certification import covered
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.stored import shipped_transport
+from handsim.learning.transport.transport import Transport
 from handsim.tasks.table_one import TASKS
 from handsim.tasks.task import Task
 from handsim.types import Progress
-
-if TYPE_CHECKING:
-    from handsim.learning.transport.transport import Transport
 
 Grasper = Callable[[Task, Conditions], Rollout]
 """Grasps a task under the given conditions."""
@@ -129,7 +128,8 @@ class ControllerGrasper:
         Called with a label while a plan is searched: a context whose value is called with the
         fraction done.
     transport
-        How the palm comes to things; None: along straight lines. Plans are searched with those.
+        How the palm comes to things; None: along straight lines. Plans are searched with the one
+        that is shipped.
     made
         Plans made by this grasper, by task. They are used even where the store cannot be written.
     proven
@@ -143,7 +143,7 @@ class ControllerGrasper:
     shared: tuple[PlanStore, ...] = ()
     note: Note | None = None
     planning: Waiting = nobody_waits
-    transport: "Transport | None" = None
+    transport: Transport | None = field(default_factory=shipped_transport)
     made: dict[str, StoredPlan] = field(
         default_factory=dict[str, StoredPlan], repr=False, compare=False
     )
@@ -247,6 +247,7 @@ class ControllerGrasper:
 
     def keep(self, task: Task, stored: StoredPlan) -> GraspPlan:
         """Store a plan and return it; where the store cannot be written, it stays in memory."""
+        stored = replace(stored, plan=replace(stored.plan, transport=None))
         self.made[task.name] = stored
         if self.store is not None:
             self.store.keep(task.name, stored, self.note)
@@ -254,9 +255,8 @@ class ControllerGrasper:
 
     def _carried(self, plan: GraspPlan, conditions: Conditions) -> GraspPlan:
         """Return a plan whose palm comes in as this grasper's does."""
-        if self.transport is None:
-            return plan
-        return replace(plan, transport=self.transport.for_side(conditions.hand.side))
+        own = self.transport
+        return replace(plan, transport=own and own.for_side(conditions.hand.side))
 
     def _note_again(self, wanted: Wanted) -> None:
         """Note why a stored plan is not used."""

@@ -24,6 +24,8 @@ from handsim.grasping.rollout.glove import RATE, DataGlove
 from handsim.grasping.rollout.record import JudgedScene
 from handsim.grasping.rollout.sensing import NO_SENSORS
 from handsim.hand.mjcf import PASSING_PAIRS
+from handsim.learning.transport.coupling import WIDEST_AT
+from handsim.learning.transport.stored import shipped_transport
 from handsim.objects.mjcf import points_of, surface_of
 from handsim.objects.object import Collider, GraspObject, Piece
 from handsim.tasks.rules import LIMITS
@@ -52,7 +54,7 @@ _SHAPE = ("type", "size", "pos", "quat", "contype", "conaffinity")
 
 
 _LOOP = (CORRECTION, FEELING, MOST_FELT)
-FROM_REST = ("outside the subspace", "fades until the palm is in place")
+REACH = ("outside the subspace", "fades until this share of the transport", WIDEST_AT)
 """How a person's hand leaves its posture at rest; a robot's begins within the subspace."""
 _APART = ("own_object", "mirrored", "place")
 """Fields of a task that are not in its digest: those of the object have one of their own, and plans
@@ -126,11 +128,14 @@ def _usual_key(task: Task, grasp_object: GraspObject, conditions: Conditions) ->
     return key_of(Scene.build(task, conditions))
 
 
-def key_of(scene: JudgedScene, beside: tuple[str, ...] = FROM_REST) -> PlanKey:
+def key_of(scene: JudgedScene, beside: tuple[str | float, ...] | None = None) -> PlanKey:
     """Return the key of plans for a nominal scene.
 
-    ``beside`` is what counts beside the settings that are named in `_physics` and here.
+    ``beside`` is what counts beside the settings that are named in `_physics` and here: for a
+    person's hand how hand and palm come in.
     """
+    if beside is None:
+        beside = (*REACH, shipped_transport().digest)
     model, task = scene.model, scene.task
     return PlanKey(
         task=content_digest(task_content(task), LIMITS),

@@ -51,6 +51,7 @@ from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.demonstration import Demonstration
+from handsim.learning.transport.stored import shipped_transport
 from handsim.tasks.task import Task
 from handsim.types import Array, Progress
 
@@ -250,6 +251,7 @@ class _Search:
         scenes = [Scene.build(task, each) for each in tried]
         self.scenes, self.unseen = scenes[: 1 + n_perturbed], scenes[1 + n_perturbed :]
         self.hand = HandModel.from_spec(build_hand(conditions.hand))
+        self.transport = shipped_transport(conditions.hand.side)
         self.scripted, _ = scripted_plan(self.task, self.hand, side=conditions.hand.side)
         self.n_varied = len(controller.subspace.components_) + 9
         self.box = destination_box(controller)
@@ -280,6 +282,7 @@ class _Search:
                 replace(
                     aimed_at(self.controller, self.scripted, fit.z),
                     palm=fit.palm,
+                    transport=self.transport,
                     q_start=clip_to_range(record.q_start),
                     squeeze=fit.squeeze,
                 )
@@ -304,6 +307,7 @@ class _Search:
 
     def _aimed(self, plan: GraspPlan) -> GraspPlan:
         """Return a plan with its destination, moved to where this controller can lead."""
+        plan = replace(plan, transport=self.transport)
         z = plan.goal_in(self.controller.subspace)
         within = np.clip(z, *self.box)
         if (within == z).all():

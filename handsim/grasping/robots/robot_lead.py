@@ -98,8 +98,8 @@ class LearnedLead:
         return len(self.controller.subspace.components_) + 9
 
     def plan(self, task: Task, conditions: Conditions) -> GraspPlan:
-        """Return the stored plan of the person's hand, or make it."""
-        return self.people.plan_for(task, Scene.build(task, conditions))
+        """Return the stored plan of the person's hand, or make it; its base goes straight."""
+        return replace(self.people.plan_for(task, Scene.build(task, conditions)), transport=None)
 
     def run(self, task: Task, conditions: Conditions) -> Rollout:
         """Grasp with the person's hand."""

@@ -11,6 +11,7 @@ from handsim.joints import LOWER, UPPER, clip_to_range
 from handsim.learning.controller import GraspController
 from handsim.learning.movement.progress import ProgressLaw
 from handsim.learning.movement.timing import Timing
+from handsim.learning.transport.coupling import WIDEST_AT
 from handsim.reproducible import totals_of
 from handsim.types import Array
 
@@ -150,10 +151,11 @@ class LearnedDriver:
     reach
         When the reach ends [s]; from then on the target is the destination.
     outside : (22,) [rad]
-        What the posture at the start has beside its place in the subspace. It fades while the palm
-        comes in, since a hand that sprang to the subspace would open within a tenth of a second.
-    arrival
-        When the palm is in place, and that has faded [s].
+        What the posture at the start has beside its place in the subspace. It fades until the hand
+        is to be widest, since a hand that sprang to the subspace would open within a tenth of a
+        second.
+    widest_at
+        When the hand is to be widest, and that has faded [s].
     """
 
     controller: GraspController
@@ -164,7 +166,7 @@ class LearnedDriver:
     reach: float
     name: str = "controller"
     outside: Array | None = None
-    arrival: float = 0.0
+    widest_at: float = 0.0
 
     def start(self, n: int) -> Array:
         """Return the start of the planned movement, (n, n_components) [rad]."""
@@ -185,7 +187,7 @@ class LearnedDriver:
         lifted = (np.concatenate([velocity, z])[:, None] @ subspace.components_)[:, 0]
         mean, lead, lower, upper = self._as_rows
         targets = lifted[n:] + mean + lifted[:n] * lead
-        if self.outside is not None and time < self.arrival:
+        if self.outside is not None and time < self.widest_at:
             targets += self._left(time)
         return np.minimum(np.maximum(targets, lower), upper), z + dt * velocity
 
@@ -210,7 +212,7 @@ class LearnedDriver:
 
     @cached_property
     def _fading(self) -> ProgressLaw:
-        return ProgressLaw(self.arrival)
+        return ProgressLaw(self.widest_at)
 
     @cached_property
     def _as_rows(self) -> tuple[Array, ...]:
@@ -287,5 +289,5 @@ def timed_driver(
         lead,
         schedule.reach,
         outside=plan.q_start - subspace.inverse_transform(z_start),
-        arrival=plan.arrive * schedule.reach,
+        widest_at=WIDEST_AT * plan.arrive * schedule.reach,
     )

@@ -25,6 +25,7 @@ from handsim.grasping.planning.planner import SEEDS
 from handsim.grasping.pool import one_by_one
 from handsim.grasping.rollout.compiled_scene import Scene
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.stored import shipped_transport
 from handsim.tasks.table_one import task_by_name
 from handsim.types import MEDIAN_HAND, HandSize
 
@@ -104,6 +105,7 @@ def bits(plan):
 def test_a_plan_found_run_and_read_again_is_one_to_the_bit(grasper, plan, monkeypatch):
     found = replace(plan, z_goal=plan.z_goal * (1 + np.linspace(0, 1e-9, len(plan.z_goal))))
     found = replace(found, q_goal=found.q_goal * (1 + np.linspace(0, 1e-6, 22)))
+    found = replace(found, transport=shipped_transport())
     assert np.any(np.deg2rad(np.rad2deg(found.q_goal)) != found.q_goal)
     run = []
 
@@ -117,6 +119,8 @@ def test_a_plan_found_run_and_read_again_is_one_to_the_bit(grasper, plan, monkey
     again, _ = grasper()
     again(TASK, Conditions())
     assert {bits(each) for each in run} == {bits(again.read()[TASK.name])} == {bits(found)}
+    assert {each.transport for each in run} == {shipped_transport()}
+    assert [each.read()[TASK.name].transport for each in (first, again)] == [None, None]
 
 
 def test_what_fits_is_not_planned_again(grasper, searches):

@@ -220,6 +220,20 @@ def test_the_last_bits_of_a_compiled_scene_do_not_count(usual):
     assert key_of(scene) == usual
 
 
+def test_how_hand_and_palm_come_in_counts_for_a_persons_hand(usual, monkeypatch):
+    scene = Scene.build(TASK, Conditions())
+    robots = key_of(scene, beside=())
+    assert robots.differs_in(usual) == ("physics",)
+    monkeypatch.setattr(plan_key, "REACH", (*plan_key.REACH[:2], 0.5))
+    assert key_of(scene).differs_in(usual) == ("physics",)
+    assert key_of(scene, beside=()) == robots
+    monkeypatch.undo()
+    assert key_of(scene) == usual
+    other = replace(plan_key.shipped_transport(), duration=2.0)
+    monkeypatch.setattr(plan_key, "shipped_transport", lambda: other)
+    assert key_of(scene).differs_in(usual) == ("physics",)
+
+
 def test_what_runs_switch_off_and_on_does_not_count(usual):
     scene = Scene.build(TASK, Conditions())
     scene.hand.model.opt.disableflags |= plan_key.NO_SENSORS

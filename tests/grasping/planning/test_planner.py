@@ -9,9 +9,12 @@ import pytest
 from handsim.files import data_folder
 from handsim.grasping.conditions import Conditions
 from handsim.grasping.planning import planner
+from handsim.grasping.planning.plan_store import StoredPlan
 from handsim.grasping.planning.search import POPULATION, Estimate
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.stored import shipped_transport
 from handsim.tasks.table_one import task_by_name
+from handsim.types import HandSize
 
 TASK = task_by_name("cube-raise")
 
@@ -40,6 +43,22 @@ def test_starts_are_of_both_kinds_and_lie_apart(controller, search, starts):
     for plan in plans:
         z = controller.subspace.transform(plan.q_goal)
         assert (z >= search.box[0] - 0.2).all() and (z <= search.box[1] + 0.2).all()
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_palm_comes_in_as_it_will_by_every_start(controller, search, starts, side):
+    """Whatever comes of a start by variation keeps its transport."""
+    usual = Conditions(hand=HandSize(side=side))
+    here = search if side == "right" else planner._Search(controller, TASK, usual, Estimate(None))
+    straight = [replace(plan, transport=None) for plan in starts[:2]]
+    known = [
+        *here.known(straight[0], ()),
+        *here.known(None, [StoredPlan(plan, True) for plan in straight]),
+        *(starts if side == "right" else ()),
+        planner.varied(controller, next(here.known(straight[0], ())), np.ones(12), here.box),
+    ]
+    assert len(known) >= 4
+    assert {plan.transport for plan in known} == {shipped_transport(side)}
 
 
 @pytest.mark.parametrize("holds_longer", [True, False])

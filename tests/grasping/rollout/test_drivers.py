@@ -19,6 +19,7 @@ from handsim.grasping.rollout.drivers import (
 )
 from handsim.joints import LOWER, N_JOINTS, UPPER, clip_to_range
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.coupling import WIDEST_AT
 from handsim.tasks.table_one import task_by_name
 
 SCHEDULE = schedule_for(task_by_name("cube-raise"))
@@ -96,8 +97,9 @@ def test_a_hand_begins_where_it_rests_though_that_is_outside_the_subspace(driver
     assert np.rad2deg(np.abs(sprung[0] - plan.q_start).max()) > 15.0
 
 
-def test_what_is_outside_fades_with_minimum_jerk_until_the_palm_is_in_place(driver, plan):
-    assert driver.arrival == plan.arrive * driver.reach
+def test_what_is_outside_fades_with_minimum_jerk_until_two_thirds_of_the_transport(driver, plan):
+    assert WIDEST_AT == 0.67
+    assert driver.widest_at == WIDEST_AT * plan.arrive * driver.reach
     within, z, reading = replace(driver, outside=None), driver.start(2), plan.q_start[None][[0, 0]]
     narrow = [plan.q_start > LOWER + 0.05, plan.q_start < UPPER - 0.05]
     free = np.logical_and.reduce(narrow)  # what no range cuts off
@@ -108,14 +110,14 @@ def test_what_is_outside_fades_with_minimum_jerk_until_the_palm_is_in_place(driv
         away = driver.step(time, DT, z, reading)[0] - within.step(time, DT, z, reading)[0]
         return away[:, free]
 
-    half = driver.arrival / 2
-    fading = 1.875 / driver.arrival  # the greatest rate of minimum jerk
+    half = driver.widest_at / 2
+    fading = 1.875 / driver.widest_at  # the greatest rate of minimum jerk
     np.testing.assert_allclose(left(half), [outside * (0.5 - fading * lead)] * 2, atol=1e-9)
-    early = outside * (1 - ramp(0.2 * driver.arrival, 0.0, driver.arrival))
-    late = left(0.2 * driver.arrival)[0] - early
-    rate = 30 * 0.2**2 * 0.8**2 / driver.arrival
+    early = outside * (1 - ramp(0.2 * driver.widest_at, 0.0, driver.widest_at))
+    late = left(0.2 * driver.widest_at)[0] - early
+    rate = 30 * 0.2**2 * 0.8**2 / driver.widest_at
     np.testing.assert_allclose(late, -outside * rate * lead, atol=1e-9)
-    for time in (driver.arrival, driver.arrival + DT, driver.reach - DT):
+    for time in (driver.widest_at, driver.widest_at + DT, driver.reach - DT):
         np.testing.assert_array_equal(left(time), 0.0)
 
 

@@ -18,6 +18,7 @@ from handsim.hand.mjcf import build_hand
 from handsim.hand.model import HandModel
 from handsim.joints import clip_to_range
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.stored import shipped_transport
 from handsim.objects.proposal_families import NARROW
 from handsim.tasks.task import Task
 from handsim.types import Array
@@ -63,6 +64,7 @@ def fit_and_run(
             q_goal=clip_to_range(controller.subspace.inverse_transform(fit.z)),
             squeeze=fit.squeeze,
             arrive=arrive,
+            transport=shipped_transport(conditions.hand.side),
         )
         for fit, q_start in fits[:N_RUN]
         for arrive in ARRIVALS

@@ -17,6 +17,7 @@ from handsim.grasping.planning.trials.laying import laid_for
 from handsim.grasping.planning.trials.own_object import grasp_by_controller, grasp_by_script
 from handsim.grasping.planning.trials.scripted_trials import script_cost
 from handsim.learning.controller import GraspController
+from handsim.learning.transport.stored import shipped_transport
 from handsim.objects.object import GraspObject, Piece, TriangleMesh, box
 from handsim.objects.proposals import Proposal, propose_grasps, short_list
 from handsim.tasks.lift import lift_task
@@ -112,6 +113,7 @@ def test_a_controller_plans_in_full_where_no_fit_is_steady(
     few.setattr(own_object, "plan_grasp", planned)
     chosen = grasp_by_controller(ControllerGrasper(controller), block, Conditions())
     assert len(asked) == 1 and asked[0].z_goal is not None
+    assert asked[0].transport == shipped_transport()
     assert chosen.held == chosen.grasper(chosen.task, Conditions()).outcome.success
 
 
