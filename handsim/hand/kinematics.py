@@ -100,6 +100,11 @@ class Kinematics:
         """Origins of all bodies, in the order of `bodies`."""
         return self.at(self.names, np.zeros((len(self.names), 3)))
 
+    def aperture(self, q: Array) -> Array:
+        """Return the distances of thumb tip and index tip (n,) [m] in postures (n, 22) [rad]."""
+        tips = self.points(self.frames(q), self.fingertips)
+        return np.asarray(np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1))
+
     def at(self, bodies: Sequence[str], places: Array | Sequence[Sequence[float]]) -> PointsOnHand:
         """Return points fixed to bodies by name.
 

@@ -55,6 +55,21 @@ class Obstacle(Protocol):
         ...
 
 
+def closing(distance: float, width: float) -> tuple[float, float]:
+    """Return ln b of the closing layer and its slope, for one point in the layer.
+
+    Parameters
+    ----------
+    distance
+        From the surface, less than ``width``.
+    width
+        Thickness of the layer.
+    """
+    t = max(distance / width, _TINY_DEPTH)
+    b = t * (3 - 3 * t + t * t)  # 1 - (1 - t)^3 without cancellation at the boundary
+    return log(b), 3 * (1 - t) ** 2 / (b * width)
+
+
 @dataclass(frozen=True)
 class ExponentialObstacle:
     """beta = beta_0 exp(k chi), positive inside the workspace and zero on its boundary.
@@ -104,10 +119,9 @@ class ExponentialObstacle:
             for i, (low, high, width) in enumerate(faces):
                 for distance, inward in ((z[i] - low, 1.0), (high - z[i], -1.0)):
                     if distance < width:
-                        t = max(distance / width, _TINY_DEPTH)
-                        b = t * (3 - 3 * t + t * t)
-                        parts[0] += log(b)
-                        parts[i + 1] += inward * 3 * (1 - t) ** 2 / (b * width)
+                        ln_b, slope = closing(distance, width)
+                        parts[0] += ln_b
+                        parts[i + 1] += inward * slope
             return parts
 
         return log_jet

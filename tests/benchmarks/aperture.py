@@ -36,8 +36,7 @@ def widest(grasp: Grasper, task: Task, arrive: float) -> tuple[float, float, flo
     closes [m]."""
     run, reach = grasp(task, USUAL), schedule_for(task).reach
     coming = run.time <= reach
-    tips = HAND.points(HAND.frames(run.reading[coming]), HAND.fingertips)
-    aperture = np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1)
+    aperture = HAND.aperture(run.reading[coming])
     at = int(aperture.argmax())
     most = float(aperture[at])
     share = float(run.time[at]) / (arrive * reach)

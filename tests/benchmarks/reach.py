@@ -224,8 +224,7 @@ def aperture_scores(recordings: handsim.RecordingSet, i: int) -> dict[str, float
     ends = subspace.transform(one.q[[0, -1]])
     postures = subspace.inverse_transform(predictor.path(ends[0], ends[1], one.object))
     hand = Kinematics(one.hand)
-    tips = hand.points(hand.frames(postures), hand.fingertips)
-    widest = widest_of(np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1))
+    widest = widest_of(hand.aperture(postures))
     said, even = reach_statistics(one).aperture_at, np.linspace(0.0, 1.0, 1001)
     time = one.time - one.time[0]
     duration = float(time[-1])

@@ -73,7 +73,11 @@ def test_it_comes_in_as_the_transport_says_with_the_table_kept_off(plans, transp
 def test_runs_by_one_plan_have_its_reach_in_common(plans, transport, monkeypatch):
     plan = replace(plans[TASK.name], transport=replace(transport, duration=1.01))
     asked, reach = [], type(transport).reach
-    counted = lambda *given: asked.append(given) or reach(*given)  # noqa: E731
+
+    def counted(*given):
+        asked.append(given)
+        return reach(*given)
+
     monkeypatch.setattr(type(transport), "reach", counted)
     for same in (plan, replace(plan, transport=replace(transport, duration=1.01))):
         expected_path(same, TASK, schedule_for(TASK)).poses(np.zeros(1))
@@ -118,9 +122,7 @@ def test_the_hand_is_widest_at_about_two_thirds_of_the_transport(controller, nam
     run = grasper(task, Conditions(seed=5001))
     plan = grasper.plan_for(task, Scene.build(task, Conditions()))
     coming = run.time <= plan.arrive * 1.2
-    hand = Kinematics()
-    tips = hand.points(hand.frames(run.reading[coming]), hand.fingertips)
-    aperture = np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1)
+    aperture = Kinematics().aperture(run.reading[coming])
     assert aperture.max() > aperture[0] + 0.015
     assert 0.55 < run.time[aperture.argmax()] / (plan.arrive * 1.2) < 0.85
     assert np.abs(np.diff(aperture)).max() < 0.006, "at a reading: it does not spring"

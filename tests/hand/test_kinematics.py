@@ -36,6 +36,8 @@ def test_bodies_axes_and_fingertips_are_those_of_the_compiled_hand(size: HandSiz
         assert np.abs(turned - frames.rotation[i]).max() < 1e-9
         assert np.abs(compiled.data.xaxis[joints] - frames.axis[i]).max() < 1e-9
         assert np.abs(compiled.fingertips() - tips[i]).max() < 1e-9
+        thumb, index = compiled.fingertips()[:2]
+        assert hand.aperture(q[[i]]) == pytest.approx([np.linalg.norm(thumb - index)], abs=1e-9)
 
 
 def compiled_joints(compiled: HandModel) -> tuple[str, ...]:

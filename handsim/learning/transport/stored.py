@@ -25,9 +25,7 @@ SHIPPED = "people/transport.npz"
 @cache
 def shipped_transport(side: Side = "right") -> Transport:
     """Return what was learned from the reaches that are shipped, for a right or a left hand."""
-    if side == "left":
-        return shipped_transport().for_side(side)
-    return load_transport(data_folder("assets") / SHIPPED)
+    return load_transport(data_folder("assets") / SHIPPED).for_side(side)
 
 
 def save_transport(transport: Transport, path: Path) -> None:

@@ -138,11 +138,11 @@ def _one_by_one(field: NavigationFunction) -> Callable[[Array, Array], Array]:
     # The metric of the one destination, not the evaluator's own, which depends on the processor.
     metric: list[list[float]] = field.metrics(_GOAL).tolist()
     flow = FlowEvaluator(field.obstacle.evaluator(field.k), field.k, lambda _: metric)
-    direction = np.empty((1, 3))
 
     def directions(z: Array, z_goal: Array) -> Array:
+        direction = np.empty((1, 3))
         flow.direction(z[0], z_goal[0], direction[0])
-        return direction.copy()
+        return direction
 
     return directions
 

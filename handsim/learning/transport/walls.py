@@ -17,12 +17,11 @@ With what was learned beside it nothing is proved then, but that no path goes in
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import log
 from typing import Protocol
 
 import numpy as np
 
-from handsim.navigation.obstacle import LogEvaluator, Obstacle
+from handsim.navigation.obstacle import LogEvaluator, Obstacle, closing
 from handsim.types import Array
 
 _TINY_DEPTH = 1e-12
@@ -164,7 +163,6 @@ class WalledObstacle:
 
     def evaluator(self, k: float) -> LogEvaluator:
         """Return a function of one point as 3 floats: ln beta, then its gradient."""
-
         learned = self.learned.evaluator(k)
 
         def log_jet(z: list[float]) -> list[float]:
@@ -172,10 +170,8 @@ class WalledObstacle:
             for wall in self.walls:
                 distance, slope = wall.near(z)
                 if distance < wall.width:
-                    t = max(distance / wall.width, _TINY_DEPTH)
-                    b = t * (3 - 3 * t + t * t)
-                    first = 3 * (1 - t) ** 2 / (b * wall.width)
-                    parts[0] += log(b)
+                    ln_b, first = closing(distance, wall.width)
+                    parts[0] += ln_b
                     for i, part in enumerate(slope):
                         parts[i + 1] += first * part
             return parts

@@ -39,8 +39,7 @@ def channels_of_fit(fit: HandFit, aperture: Array | None = None) -> dict[str, Ar
     kinematics = fit.points.kinematics
     middle = PALM_CENTRE * HandGeometry(fit.hand).mcp("middle")  # on the axis, the same on a left
     if aperture is None:
-        tips = kinematics.points(kinematics.frames(fit.q), kinematics.fingertips)
-        aperture = np.asarray(np.linalg.norm(tips[:, 0] - tips[:, 1], axis=1))
+        aperture = kinematics.aperture(fit.q)
     return {
         **pose_channels("palm", fit.rotation, fit.position + fit.rotation @ middle),
         "aperture_m": np.where(fit.lost, np.nan, aperture),
